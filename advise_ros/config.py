@@ -1,0 +1,260 @@
+"""Every node's parameters: one frozen dataclass a node, each field with unit, range and default.
+
+The unit is the suffix of the name (_m, _m_s, _s, _hz, _ns); a field without suffix has none.
+`ros/parameters.py` declares them to ROS with these descriptions; `config/*.yaml` repeats the defaults.
+"""
+
+from __future__ import annotations
+
+import difflib
+import math
+from collections.abc import Mapping
+from dataclasses import MISSING, Field, dataclass, field, fields
+from typing import Any, TypeVar
+
+from advise_ros.core.errors import InputError
+
+ConfigT = TypeVar('ConfigT')
+Scalar = bool | int | float | str
+
+
+def param(
+    default: Any,
+    doc: str,
+    *,
+    low: float | None = None,
+    high: float | None = None,
+    choices: tuple[str, ...] = (),
+) -> Any:
+    """A dataclass field with its range (both ends included) or its choices."""
+    metadata = {'doc': doc, 'low': low, 'high': high, 'choices': choices}
+    return field(default=default, metadata=metadata)
+
+
+def range_text(spec: Field[Any]) -> str:
+    """The allowed values in words, e.g. '0.1 to 20' or 'sim | px4'."""
+    if spec.metadata['choices']:
+        return ' | '.join(repr(choice) for choice in spec.metadata['choices'])
+    low, high = spec.metadata['low'], spec.metadata['high']
+    if low is None and high is None:
+        return {bool: 'true | false', str: 'any text'}.get(type(spec.default), 'any number')
+    return f'{"-inf" if low is None else f"{low:g}"} to {"inf" if high is None else f"{high:g}"}'
+
+
+def check(spec: Field[Any], value: Scalar) -> Scalar:
+    """The value in the field's type.
+
+    Raises:
+        InputError: wrong type or out of range; names parameter, value and allowed range.
+    """
+    wanted = type(spec.default)
+    if wanted is float and isinstance(value, int) and not isinstance(value, bool):
+        value = float(value)
+    if type(value) is not wanted:
+        raise InputError(
+            f"parameter '{spec.name}' is {value!r} ({type(value).__name__}); "
+            f'it must be a {wanted.__name__}: {range_text(spec)}'
+        )
+    if spec.metadata['choices'] and value not in spec.metadata['choices']:
+        raise InputError(f"parameter '{spec.name}' is {value!r}; allowed: {range_text(spec)}")
+    if isinstance(value, (int, float)) and not isinstance(value, bool):
+        low, high = spec.metadata['low'], spec.metadata['high']
+        inside = math.isfinite(value) and (low is None or value >= low) and (high is None or value <= high)
+        if not inside:
+            raise InputError(f"parameter '{spec.name}' is {value}; allowed: {range_text(spec)}")
+    return value
+
+
+def build(config_class: type[ConfigT], values: Mapping[str, Scalar]) -> ConfigT:
+    """A config from name -> value; what is not named keeps its default.
+
+    Raises:
+        InputError: unknown name (with the nearest known one), wrong type or out of range.
+    """
+    specs = {spec.name: spec for spec in fields(config_class)}  # type: ignore[arg-type]
+    for name in values:
+        if name not in specs:
+            raise InputError(unknown_name(name, tuple(specs)))
+    return config_class(**{name: check(specs[name], value) for name, value in values.items()})
+
+
+def unknown_name(name: str, known: tuple[str, ...]) -> str:
+    """One sentence about an unknown parameter."""
+    near = difflib.get_close_matches(name, known, n=1)
+    hint = f"; did you mean '{near[0]}'?" if near else f'; known: {", ".join(sorted(known))}'
+    return f"parameter '{name}' is unknown{hint}"
+
+
+def defaults(config_class: type[Any]) -> dict[str, Scalar]:
+    """Name -> default of every field."""
+    return {spec.name: spec.default for spec in fields(config_class) if spec.default is not MISSING}
+
+
+GRID_DOC = 'YAML file with the grid and its waypoints'
+SEED_DOC = 'seed of every random choice'
+
+
+@dataclass(frozen=True)
+class RecorderConfig:
+    """/recorder: samples -> demonstrations."""
+
+    grid_file: str = param('', GRID_DOC)
+    source: str = param('topics', 'where samples come from', choices=('topics', 'mavlink', 'tlog'))
+    pose_source: str = param('pose', 'topic of positions when source is topics', choices=('pose', 'odom'))
+    mavlink_url: str = param('udpin:127.0.0.1:14551', 'pymavlink connection when source is mavlink')
+    tlog_file: str = param('', 'log to read when source is tlog')
+    split: str = param(
+        'flights', 'flights: from take-off to the final waypoint or landing; manual: recorder/start and stop',
+        choices=('flights', 'manual'),
+    )
+    hysteresis_m: float = param(0.2, 'how far past a border counts as the next cell', low=0.0, high=100.0)
+    command_min_speed_m_s: float = param(0.1, 'slower commands have no direction', low=0.0, high=10.0)
+    altitude_tolerance_m: float = param(1.0, 'samples further from the grid altitude are not on the route', low=0.1, high=1000.0)
+    max_gap_s: float = param(2.0, 'a longer gap between samples is noted in the audit', low=0.05, high=3600.0)
+
+
+@dataclass(frozen=True)
+class AdviseConfig:
+    """/advise: demonstrations + advice -> policy and the next question."""
+
+    grid_file: str = param('', GRID_DOC)
+    session_file: str = param('', 'JSON lines file that keeps accepted answers over a restart; empty: none')
+    demonstrations_min: int = param(1, 'demonstrations before the first policy', low=1, high=100_000)
+    demonstrations_file: str = param('', 'demonstrations to start with (output of discretise); empty: none')
+    learn_when: str = param(
+        'demonstration', 'learn after each demonstration, or only when idle for learn_idle_s', choices=('demonstration', 'idle'),
+    )
+    learn_idle_s: float = param(1.0, 'quiet time before learning when learn_when is idle', low=0.0, high=3600.0)
+    budget: int = param(-1, 'answers the person is willing to give, -1: unlimited', low=-1, high=1_000_000)
+    reading: str = param('replace', 'what advice does to a*: replace it and drop its demonstration rows, or the literal program', choices=('replace', 'literal'))
+    lambda_t: float = param(1000.0, 'weight of the demonstrations in equation (1)', low=0.0, high=1e9)
+    lambda_a: float = param(500.0, 'weight of the advice in equation (1)', low=0.0, high=1e9)
+    r_max: float = param(1.0, 'bound on |reward|', low=1e-6, high=1e6)
+    delta: float = param(0.1, 'margin that advice must have', low=0.0, high=1e6)
+    margin_cap: float = param(0.2, 'cap on xi and zeta; 0: none', low=0.0, high=1e6)
+    slack_cost: float = param(1000.0, 'cost of contradictory advice (elastic); 0: strict', low=0.0, high=1e9)
+    gamma: float = param(0.95, 'discount', low=0.0, high=0.9999)
+    clusters: int = param(10, 'clusters of states', low=1, high=10_000)
+    cluster_features: float = param(0.0, 'weight of position and waypoint beside the action distribution', low=0.0, high=100.0)
+    laplace: float = param(1.0, 'pseudo-count of each action', low=1e-9, high=1e6)
+    temperature: float = param(1.0, 'Boltzmann temperature of the policy', low=1e-6, high=1e6)
+    w_p: float = param(0.5, 'weight of F (demonstrations) against G (policy)', low=0.0, high=1.0)
+    cluster_score: str = param('mean', 'U_c: mean (definition 4) or sum (algorithm 1)', choices=('mean', 'sum'))
+    acquisition: str = param('paper', 'how the next cluster is chosen', choices=('paper', 'occupancy', 'random'))
+    slip: float = param(0.0, 'probability that a move goes elsewhere in the transition model', low=0.0, high=0.9)
+    solver: str = param('highs', 'solver of the program; cvxpy is the readable reference', choices=('highs', 'cvxpy'))
+    seed: int = param(0, SEED_DOC, low=0, high=2**31 - 1)
+
+
+@dataclass(frozen=True)
+class PolicyConfig:
+    """/policy: flies the policy from cell centre to cell centre."""
+
+    grid_file: str = param('', GRID_DOC)
+    speed_m_s: float = param(1.2, 'cruise speed', low=0.05, high=20.0)
+    approach_gain_1_s: float = param(1.0, 'speed per metre of distance near a centre', low=0.05, high=20.0)
+    altitude_gain_1_s: float = param(0.8, 'climb rate per metre of altitude error', low=0.0, high=20.0)
+    arrival_radius_m: float = param(0.3, 'closer than this is at the centre', low=0.01, high=100.0)
+    hysteresis_m: float = param(0.2, 'how far past a border counts as the next cell', low=0.0, high=100.0)
+    step_budget_factor: float = param(2.0, 'steps before the battery is spent, times the shortest route', low=1.0, high=100.0)
+    pose_timeout_s: float = param(0.5, 'no pose for this long: zero velocity (steady time)', low=0.05, high=60.0)
+    watchdog_rate_hz: float = param(20.0, 'rate of the watchdog (steady time)', low=1.0, high=200.0)
+
+
+@dataclass(frozen=True)
+class GuardConfig:
+    """/guard, and the same checks inside the bridge."""
+
+    grid_file: str = param('', GRID_DOC)
+    max_speed_m_s: float = param(3.0, 'horizontal speed limit', low=0.05, high=50.0)
+    max_climb_m_s: float = param(1.5, 'vertical speed limit', low=0.05, high=20.0)
+    fence_margin_m: float = param(1.0, 'how far past the grid the fence stands', low=0.0, high=1000.0)
+    altitude_band_m: float = param(3.0, 'how far above or below the grid altitude the fence stands', low=0.1, high=1000.0)
+    braking_m_s2: float = param(2.0, 'deceleration assumed when stopping before the fence', low=0.1, high=50.0)
+    command_timeout_s: float = param(0.5, 'an older command becomes zero velocity (steady time)', low=0.05, high=60.0)
+    pose_timeout_s: float = param(0.5, 'an older pose makes zero velocity (steady time)', low=0.05, high=60.0)
+    rate_hz: float = param(20.0, 'rate of checked commands (steady time)', low=1.0, high=200.0)
+
+
+@dataclass(frozen=True)
+class MavlinkBridgeConfig(GuardConfig):
+    """/mavlink_bridge: MAVLink <-> ROS; the guard's parameters hold here too."""
+
+    url: str = param('udpin:127.0.0.1:14550', 'pymavlink connection string: udpin:, udpout:, tcp:, tcpin:, or a serial device')
+    baud: int = param(115200, 'baud rate of a serial link', low=1200, high=10_000_000)
+    system_id: int = param(1, 'our MAVLink system id', low=1, high=255)
+    component_id: int = param(191, 'our MAVLink component id (191: onboard computer)', low=1, high=255)
+    pose_rate_hz: float = param(20.0, 'positions asked of the autopilot', low=1.0, high=200.0)
+    takeoff_altitude_m: float = param(0.0, 'take-off altitude; 0: the grid altitude', low=0.0, high=500.0)
+    heartbeat_timeout_s: float = param(3.0, 'no heartbeat for this long: link lost (steady time)', low=0.5, high=60.0)
+    ready_timeout_s: float = param(120.0, 'longest wait for readiness before a take-off (steady time)', low=1.0, high=3600.0)
+
+
+@dataclass(frozen=True)
+class SimulatorConfig:
+    """/simulator: a quadcopter by RotorPy behind MAVLink 2."""
+
+    endpoint: str = param('udpout:127.0.0.1:14550', 'udpout:host:port, udpin:host:port or tcpin:host:port')
+    speedup: float = param(1.0, 'simulated seconds a second; 0: as fast as it goes', low=0.0, high=1000.0)
+    publish_clock: bool = param(True, 'publish /clock')
+    ready_after_s: float = param(42.0, 'simulated time until it may be armed', low=0.0, high=600.0)
+    step_s: float = param(0.02, 'physics step', low=0.001, high=0.05)
+    start_east_m: float = param(0.0, 'start position, east', low=-1e5, high=1e5)
+    start_north_m: float = param(0.0, 'start position, north', low=-1e5, high=1e5)
+    wind_east_m_s: float = param(0.0, 'mean wind towards east', low=-30.0, high=30.0)
+    wind_north_m_s: float = param(0.0, 'mean wind towards north', low=-30.0, high=30.0)
+    gust_m_s: float = param(0.0, 'standard deviation of gusts', low=0.0, high=20.0)
+    max_speed_m_s: float = param(10.0, 'fastest horizontal flight', low=0.1, high=50.0)
+    acceleration_m_s2: float = param(3.0, 'how fast the autopilot changes velocity', low=0.1, high=30.0)
+    battery_s: float = param(1200.0, 'flight time of a full battery', low=10.0, high=100_000.0)
+    guided_timeout_s: float = param(3.0, 'setpoints older than this brake the vehicle (simulated time)', low=0.1, high=60.0)
+    system_id: int = param(1, 'MAVLink system id of the vehicle', low=1, high=255)
+    seed: int = param(0, SEED_DOC, low=0, high=2**31 - 1)
+
+
+@dataclass(frozen=True)
+class PilotConfig:
+    """/pilot: a simulated demonstrator who flies through cmd_vel."""
+
+    grid_file: str = param('', GRID_DOC)
+    flights: int = param(1, 'demonstrations to fly', low=0, high=10_000)
+    noise_rate: float = param(0.4, 'share of moves that are not the right one', low=0.0, high=0.95)
+    mistake_share: float = param(0.2, 'share of states in which the same mistake is made again and again', low=0.0, high=1.0)
+    speed_m_s: float = param(1.2, 'cruise speed', low=0.05, high=20.0)
+    max_moves: int = param(400, 'moves before a flight is given up', low=1, high=1_000_000)
+    handle_vehicle: bool = param(True, 'arm, take off and land by the bridge services')
+    seed: int = param(0, SEED_DOC, low=0, high=2**31 - 1)
+
+
+@dataclass(frozen=True)
+class TeleopConfig:
+    """/teleop: a person flies by the arrow keys."""
+
+    speed_m_s: float = param(1.0, 'speed while a key is held', low=0.05, high=20.0)
+    climb_m_s: float = param(0.5, 'climb rate while a key is held', low=0.05, high=10.0)
+    key_timeout_s: float = param(0.6, 'no key for this long: zero velocity (steady time)', low=0.05, high=10.0)
+    rate_hz: float = param(20.0, 'rate of commands (steady time)', low=1.0, high=200.0)
+
+
+@dataclass(frozen=True)
+class ExpertConfig:
+    """/expert: a simulated person who knows the route and answers queries."""
+
+    grid_file: str = param('', GRID_DOC)
+    expert_id: str = param('simulated-expert', 'name in the log of answers')
+    error_rate: float = param(0.0, 'share of answers that are wrong', low=0.0, high=1.0)
+    skip_rate: float = param(0.0, 'share of queries that are skipped', low=0.0, high=1.0)
+    avoid: str = param('never_optimal', 'avoided actions: never optimal in the cluster, or all that are not preferred', choices=('never_optimal', 'all_others'))
+    thinking_time_s: float = param(0.0, 'pause before an answer', low=0.0, high=3600.0)
+    seed: int = param(0, SEED_DOC, low=0, high=2**31 - 1)
+
+
+@dataclass(frozen=True)
+class LoggerConfig:
+    """/logger: everything into one rosbag2-layout MCAP bag."""
+
+    bag: str = param('', 'directory of the bag to write; it must not exist')
+    topics: str = param('', 'comma-separated topic names or patterns (fnmatch); empty: everything that replay needs')
+    compression: str = param('zstd', 'chunk compression', choices=('zstd', 'lz4', 'none'))
+    chunk_kib: int = param(768, 'chunk size', low=1, high=1_048_576)
+    flush_s: float = param(1.0, 'longest time that a message stays unwritten (steady time)', low=0.05, high=60.0)

@@ -1,0 +1,40 @@
+"""NED <-> ENU and FRD <-> FLU: the only place where the package changes frames (REP-103)."""
+
+from __future__ import annotations
+
+import math
+
+Vector = tuple[float, float, float]
+
+
+def enu_from_ned(vector_ned: Vector) -> Vector:
+    """North-east-down to east-north-up; metres or metres a second."""
+    north, east, down = vector_ned
+    return east, north, -down
+
+
+def ned_from_enu(vector_enu: Vector) -> Vector:
+    """East-north-up to north-east-down; metres or metres a second."""
+    east, north, up = vector_enu
+    return north, east, -up
+
+
+def flu_from_frd(vector_frd: Vector) -> Vector:
+    """Forward-right-down to forward-left-up; also its own inverse."""
+    forward, right, down = vector_frd
+    return forward, -right, -down
+
+
+def wrap_rad(angle_rad: float) -> float:
+    """The same angle in [-pi, pi)."""
+    return (angle_rad + math.pi) % (2 * math.pi) - math.pi
+
+
+def yaw_enu_from_ned(yaw_ned_rad: float) -> float:
+    """Heading clockwise from north to yaw counter-clockwise from east; also its own inverse."""
+    return wrap_rad(math.pi / 2 - yaw_ned_rad)
+
+
+def yaw_rate_enu_from_ned(rate_ned_rad_s: float) -> float:
+    """Yaw rates have opposite signs; also its own inverse."""
+    return -rate_ned_rad_s

@@ -1,0 +1,96 @@
+"""Start, spin and stop a node: what every executable of the package shares."""
+
+from __future__ import annotations
+
+import os
+import sys
+import textwrap
+from collections.abc import Sequence
+from dataclasses import fields
+from typing import Any
+
+import rclpy
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
+from rclpy.utilities import remove_ros_args
+
+from advise_ros import config
+from advise_ros.core.errors import AdviseError
+
+OK, VERDICT_NO, USAGE = 0, 1, 2
+
+
+def help_text(name: str, doc: str, config_class: type[Any]) -> str:
+    """The text of --help: what the node does, its parameters and how to start it."""
+    lines = [f'usage: ros2 run advise_ros {name} [--ros-args -p NAME:=VALUE ... -r FROM:=TO ...]', '', doc.strip(), '', 'parameters:']
+    for spec in fields(config_class):
+        lines.append(f'  {spec.name}  (default {spec.default!r}; {config.range_text(spec)})')
+        lines.extend(textwrap.wrap(spec.metadata['doc'], 92, initial_indent='      ', subsequent_indent='      '))
+    lines += ['', 'Without the ros2 command: ./advise ' + name + ' [the same arguments]']
+    return '\n'.join(lines)
+
+
+def fail(message: str) -> int:
+    """One sentence on stderr; returns the exit code for wrong usage or input."""
+    print(f'error: {message}', file=sys.stderr, flush=True)
+    return USAGE
+
+
+def run_node(node_class: type[Node], config_class: type[Any], argv: Sequence[str] | None = None) -> int:
+    """Run one node in its own SingleThreadedExecutor until SIGINT, SIGTERM or its own shutdown.
+
+    The node class takes no argument, reads its config with `parameters.load`, raises AdviseError for
+    what the user can mend, and may have an `exit_code` attribute and a `close()` method (called once
+    after spinning; the ROS context may be gone by then). A node ends itself by `rclpy.try_shutdown()`.
+
+    Returns:
+        0 after a clean stop, 2 on wrong parameters or input, or the node's `exit_code`.
+    """
+    args = list(sys.argv[1:] if argv is None else argv)
+    name = _executable_name(node_class)
+    if '--help' in args or '-h' in args:
+        print(help_text(name, node_class.__doc__ or '', config_class))
+        return OK
+    rest = remove_ros_args(['program', *args])[1:]
+    if rest:
+        return fail(f'{name} takes ROS arguments only, not {rest[0]!r}; parameters go as --ros-args -p NAME:=VALUE (see --help)')
+    try:
+        rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.ALL)
+    except Exception as problem:  # rclpy raises several private types for malformed arguments
+        return fail(f'ROS arguments are malformed: {str(problem).splitlines()[0]}')
+    return _spin(node_class)
+
+
+def _executable_name(node_class: type[Node]) -> str:
+    return node_class.__module__.rsplit('.', 1)[-1]
+
+
+def _spin(node_class: type[Node]) -> int:
+    node = None
+    code = OK
+    try:
+        node = node_class()
+        executor = SingleThreadedExecutor()
+        executor.add_node(node)
+        executor.spin()
+    except (ExternalShutdownException, KeyboardInterrupt):
+        pass
+    except AdviseError as problem:
+        code = fail(str(problem))
+    finally:
+        if node is not None:
+            close = getattr(node, 'close', None)
+            if close is not None:
+                close()
+            code = code or int(getattr(node, 'exit_code', OK))
+            node.destroy_node()
+        rclpy.try_shutdown()
+    return code
+
+
+def exit_now(code: int) -> None:
+    """Leave the process without waiting for stray threads of the middleware."""
+    sys.stdout.flush()
+    sys.stderr.flush()
+    os._exit(code)
