@@ -1,0 +1,136 @@
+"""The grid file: YAML with one mapping `grid`, metres in ENU, cells as [x, y]."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from advise_ros.core.errors import InputError
+from advise_ros.core.grid import Grid
+
+REQUIRED = ('resolution', 'width', 'height', 'origin', 'altitude', 'waypoints')
+OPTIONAL = ('blocked',)
+EXAMPLE = 'see config/grid_6x6.yaml for one that works'
+
+
+def load_grid(path: str | Path) -> Grid:
+    """Read a grid file.
+
+    The resolution is rounded to 7 significant digits, as it travels in messages as a float32.
+
+    Raises:
+        InputError: no file named, the file is missing or no YAML, a key is missing, unknown or of the
+            wrong type, or a cell lies outside; one sentence with file, key, value and remedy.
+    """
+    if not str(path):
+        raise InputError(f"no grid file is given; set parameter 'grid_file' (or --grid) to a YAML file, {EXAMPLE}")
+    try:
+        return grid_from_mapping(_grid_mapping(_read_yaml(Path(path))))
+    except InputError as problem:
+        raise InputError(f'grid file {path}: {problem}') from problem
+
+
+def grid_from_mapping(values: Mapping[str, Any]) -> Grid:
+    """The grid of the keys below `grid:`.
+
+    Raises:
+        InputError: as load_grid, without the file's name.
+    """
+    _check_keys(values)
+    width, height = (_count(name, values[name]) for name in ('width', 'height'))
+    return Grid(
+        resolution_m=float(f'{_number("resolution", values["resolution"]):.7g}'),
+        width=width,
+        height=height,
+        origin_enu_m=_origin(values['origin']),
+        altitude_m=_number('altitude', values['altitude']),
+        waypoints=_cells('waypoints', values['waypoints'], width, height),
+        blocked=_cells('blocked', values.get('blocked') or [], width, height),
+    )
+
+
+def grid_to_mapping(grid: Grid) -> dict[str, Any]:
+    """The keys below `grid:` that load as this grid."""
+    return {
+        'resolution': grid.resolution_m,
+        'width': grid.width,
+        'height': grid.height,
+        'origin': list(grid.origin_enu_m),
+        'altitude': grid.altitude_m,
+        'waypoints': [list(grid.xy(cell)) for cell in grid.waypoints],
+        'blocked': [list(grid.xy(cell)) for cell in grid.blocked],
+    }
+
+
+def _read_yaml(path: Path) -> Any:
+    try:
+        return yaml.safe_load(path.read_text(encoding='utf-8'))
+    except FileNotFoundError:
+        raise InputError(f'there is no such file; name a YAML file with a grid, {EXAMPLE}') from None
+    except OSError as problem:
+        raise InputError(f'it cannot be read ({problem.strerror}); name a YAML file with a grid, {EXAMPLE}') from None
+    except (yaml.YAMLError, UnicodeDecodeError) as problem:
+        mark = getattr(problem, 'problem_mark', None)
+        where = f' (line {mark.line + 1})' if mark else ''
+        raise InputError(f'it is not a YAML file{where}; {EXAMPLE}') from None
+
+
+def _grid_mapping(document: Any) -> Mapping[str, Any]:
+    if not isinstance(document, dict) or not isinstance(document.get('grid'), dict):
+        raise InputError(f"it has no mapping 'grid'; {EXAMPLE}")
+    for key in document:
+        if key != 'grid':
+            raise InputError(f"key '{key}' is unknown beside 'grid'; drop it")
+    return {str(key): value for key, value in document['grid'].items()}
+
+
+def _check_keys(values: Mapping[str, Any]) -> None:
+    known = REQUIRED + OPTIONAL
+    for key in values:
+        if key not in known:
+            near = difflib.get_close_matches(key, known, n=1)
+            raise InputError(f"key '{key}' is unknown" + (f"; did you mean '{near[0]}'?" if near else f'; known: {", ".join(known)}'))
+    for key in REQUIRED:
+        if key not in values:
+            raise InputError(f"key '{key}' is missing; {EXAMPLE}")
+
+
+def _number(name: str, value: Any) -> float:
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        raise InputError(f"key '{name}' is {value!r}; it must be a number")
+    return float(value)
+
+
+def _count(name: str, value: Any) -> int:
+    if isinstance(value, bool) or not isinstance(value, int) or value <= 0:
+        raise InputError(f"key '{name}' is {value!r}; it must be a positive whole number of cells")
+    return value
+
+
+def _origin(value: Any) -> tuple[float, float]:
+    if not isinstance(value, list) or len(value) != 2:
+        raise InputError(f"key 'origin' is {value!r}; it must be [x, y] in metres")
+    return _number('origin', value[0]), _number('origin', value[1])
+
+
+def _cells(name: str, value: Any, width: int, height: int) -> tuple[int, ...]:
+    if not isinstance(value, list):
+        raise InputError(f"key '{name}' is {value!r}; it must be a list of cells [x, y]")
+    return tuple(_cell(name, cell, width, height) for cell in value)
+
+
+def _cell(name: str, value: Any, width: int, height: int) -> int:
+    whole = isinstance(value, list) and len(value) == 2 and all(type(v) is int for v in value)
+    if not whole:
+        raise InputError(f"key '{name}' holds {value!r}; a cell is two whole numbers [x, y]")
+    x, y = value
+    if not (0 <= x < width and 0 <= y < height):
+        what = 'waypoint' if name == 'waypoints' else 'blocked cell'
+        raise InputError(
+            f'{what} [{x}, {y}] lies outside the {width} x {height} grid; x goes from 0 to {width - 1}, y from 0 to {height - 1}'
+        )
+    return int(y * width + x)
