@@ -1,0 +1,125 @@
+"""Child processes of a command: started, watched, and never left behind."""
+
+from __future__ import annotations
+
+import ctypes
+import signal
+import subprocess
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import IO
+
+from ament_index_python.packages import get_package_prefix
+
+from advise_ros.core.errors import AdviseError
+
+PR_SET_PDEATHSIG = 1
+LAST_LINES = 12
+STOP_PATIENCE_S = 8.0
+_LIBC = ctypes.CDLL(None, use_errno=True)
+
+
+class ChildDiedError(AdviseError):
+    """A process that should run has ended; the message holds its last lines."""
+
+
+def _die_with_parent() -> None:
+    """In the child: SIGTERM when the parent dies, however it dies (prctl(2))."""
+    _LIBC.prctl(PR_SET_PDEATHSIG, signal.SIGTERM)
+
+
+def executable(name: str) -> Path:
+    """Path of an executable of this package, as `ros2 run` would find it."""
+    return Path(get_package_prefix('advise_ros')) / 'lib' / 'advise_ros' / name
+
+
+def ros_arguments(parameters: Mapping[str, object], *extra: str) -> list[str]:
+    """--ros-args with every parameter."""
+    arguments = ['--ros-args', *extra]
+    for name, value in parameters.items():
+        text = str(value).lower() if isinstance(value, bool) else repr(value) if isinstance(value, float) else str(value)
+        arguments += ['-p', f'{name}:={text}' if text else f"{name}:=''"]
+    return arguments
+
+
+@dataclass
+class Child:
+    """One child process and the file that holds what it prints."""
+
+    name: str
+    process: subprocess.Popen[bytes]
+    log_path: Path
+    log_file: IO[bytes]
+    may_end: bool
+
+    def last_lines(self) -> str:
+        self.log_file.flush()
+        lines = self.log_path.read_text(errors='replace').strip().splitlines()
+        return '\n'.join(f'    {line}' for line in lines[-LAST_LINES:]) or '    (it printed nothing)'
+
+
+class Supervisor:
+    """Starts children in sessions of their own, so that Ctrl-C reaches the parent alone, which stops them in order.
+
+    Use as a context manager: leaving it stops every child.
+    """
+
+    def __init__(self, log_directory: Path) -> None:
+        self._logs = log_directory
+        self._logs.mkdir(parents=True, exist_ok=True)
+        self._children: list[Child] = []
+
+    def __enter__(self) -> Supervisor:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.stop_all()
+
+    def start(self, name: str, command: Sequence[str], *, may_end: bool = False) -> Child:
+        """Start a process; `may_end`: its clean end is no failure."""
+        log_path = self._logs / f'{name}.log'
+        log_file = log_path.open('ab')
+        process = subprocess.Popen(
+            list(command), stdin=subprocess.DEVNULL, stdout=log_file, stderr=subprocess.STDOUT,
+            start_new_session=True, preexec_fn=_die_with_parent,  # noqa: PLW1509  one prctl, no locks
+        )
+        child = Child(name, process, log_path, log_file, may_end)
+        self._children.append(child)
+        return child
+
+    def start_node(
+        self, name: str, parameters: Mapping[str, object], *extra: str, may_end: bool = False, log: str = '',
+    ) -> Child:
+        """Start an executable of this package as a node."""
+        command = [str(executable(name)), *ros_arguments(parameters, *extra)]
+        return self.start(log or name, command, may_end=may_end)
+
+    def check(self) -> None:
+        """Raise ChildDiedError when a child has ended that should run."""
+        for child in self._children:
+            code = child.process.poll()
+            if code is not None and not (child.may_end and code == 0):
+                how = f'was killed by {signal.Signals(-code).name}' if code < 0 else f'ended with exit code {code}'
+                raise ChildDiedError(f'{child.name} {how}; its last lines ({child.log_path}):\n{child.last_lines()}')
+
+    def stop(self, *children: Child) -> None:
+        """Ask children to stop, then make them; returns when all are gone."""
+        for child in children:
+            if child.process.poll() is None:
+                child.process.send_signal(signal.SIGINT)
+        end = time.monotonic() + STOP_PATIENCE_S
+        for child in children:
+            try:
+                child.process.wait(timeout=max(0.1, end - time.monotonic()))
+            except subprocess.TimeoutExpired:
+                child.process.kill()
+                child.process.wait()
+            child.log_file.close()
+            if child in self._children:
+                self._children.remove(child)
+
+    def stop_all(self) -> None:
+        """Stop every child, the latest first."""
+        self.stop(*reversed(self._children))

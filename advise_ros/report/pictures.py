@@ -1,0 +1,165 @@
+"""Pictures of a session: clusters, uncertainty, policies and flown tracks, one map a waypoint."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import matplotlib as mpl
+import numpy as np
+import numpy.typing as npt
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Rectangle
+
+from advise_ros.core.grid import ACTION_STEP, Grid
+
+FloatArray = npt.NDArray[np.float64]
+
+# Okabe and Ito's colours, told apart by colour-blind readers.
+ORANGE, SKY, GREEN, YELLOW = '#E69F00', '#56B4E9', '#009E73', '#F0E442'
+BLUE, VERMILION, PURPLE, GREY = '#0072B2', '#D55E00', '#CC79A7', '#999999'
+CLUSTER_COLOURS = (SKY, ORANGE, GREEN, YELLOW, PURPLE, BLUE, VERMILION, GREY, '#B0D0A0', '#C8B8E8', '#E8D8B0', '#A0C8C8')
+PANEL_IN = 2.1
+
+
+@dataclass(frozen=True)
+class Track:
+    """One flown track.
+
+    Attributes:
+        kind: 'demonstration', 'before' or 'after'.
+        positions_enu_m: (n, 2) east and north.
+        reached: the final waypoint was reached in order.
+    """
+
+    kind: str
+    label: str
+    positions_enu_m: FloatArray
+    reached: bool
+
+
+def to_svg(figure: Figure) -> str:
+    """The figure as an SVG element; the same figure gives the same bytes."""
+    buffer = io.StringIO()
+    with mpl.rc_context({'svg.hashsalt': 'advise_ros', 'svg.fonttype': 'none'}):
+        figure.savefig(buffer, format='svg', bbox_inches='tight', metadata={'Date': None})
+    text = buffer.getvalue()
+    return text[text.index('<svg'):]
+
+
+def draw_map(axes: Axes, grid: Grid, layer: int | None = None) -> None:
+    """Cells, blocked cells and numbered waypoints; `layer` rings the waypoint that is next."""
+    axes.set_xlim(-0.05, grid.width + 0.05)
+    axes.set_ylim(-0.05, grid.height + 0.05)
+    axes.set_aspect('equal')
+    axes.set_axis_off()
+    for index in range(grid.width + 1):
+        axes.plot([index, index], [0, grid.height], color='#cccccc', linewidth=0.6, zorder=1)
+    for index in range(grid.height + 1):
+        axes.plot([0, grid.width], [index, index], color='#cccccc', linewidth=0.6, zorder=1)
+    for cell in grid.blocked:
+        axes.add_patch(Rectangle(grid.xy(cell), 1, 1, facecolor='#444444', zorder=2))
+    for number, cell in enumerate(grid.waypoints, start=1):
+        x, y = grid.xy(cell)
+        ahead = layer is not None and number == layer + 1
+        axes.text(
+            x + 0.14, y + 0.72, str(number), fontsize=8, fontweight='bold', zorder=6,
+            color='white' if ahead else 'black', bbox={'boxstyle': 'circle,pad=0.18', 'facecolor': 'black' if ahead else 'white', 'edgecolor': 'black', 'linewidth': 0.8},
+        )
+
+
+def draw_cells(axes: Axes, grid: Grid, layer: int, colour: Callable[[int], str | None]) -> None:
+    """Fill each cell of a layer with `colour(state)`."""
+    for cell in range(grid.n_cells):
+        fill = colour(grid.state(layer, cell))
+        if fill is not None and not grid.is_blocked(cell):
+            axes.add_patch(Rectangle(grid.xy(cell), 1, 1, facecolor=fill, edgecolor='none', zorder=0))
+
+
+def draw_arrows(axes: Axes, grid: Grid, layer: int, strength: FloatArray, colour: str) -> None:
+    """An arrow per cell and action, as long as `strength` (n_states, n_actions) in 0..1 says."""
+    for cell in range(grid.n_cells):
+        state = grid.state(layer, cell)
+        if grid.is_terminal(state):
+            continue
+        x, y = grid.xy(cell)
+        for action, (dx, dy) in enumerate(ACTION_STEP):
+            length = 0.38 * float(strength[state, action])
+            if length > 0.03:
+                axes.annotate(
+                    '', xy=(x + 0.5 + dx * length, y + 0.5 + dy * length), xytext=(x + 0.5, y + 0.5), zorder=4,
+                    arrowprops={'arrowstyle': '-|>', 'color': colour, 'linewidth': 1.2, 'mutation_scale': 7, 'shrinkA': 0, 'shrinkB': 0},
+                )
+
+
+def one_hot(greedy: npt.NDArray[np.uint8], n_actions: int) -> FloatArray:
+    """(n_states, n_actions) with 1 at each state's action."""
+    return np.eye(n_actions)[greedy]
+
+
+def layers_figure(
+    grid: Grid, rows: Sequence[tuple[str, Callable[[int], str | None], FloatArray | None, str]],
+) -> Figure:
+    """A row of maps, one a waypoint, for each (title, colour of a state, arrow strengths, arrow colour)."""
+    figure = Figure(figsize=(PANEL_IN * grid.n_layers, (PANEL_IN + 0.35) * len(rows)), layout='constrained')
+    axes = figure.subplots(len(rows), grid.n_layers, squeeze=False)
+    for row, (title, colour, strength, arrow_colour) in enumerate(rows):
+        for layer in range(grid.n_layers):
+            panel = axes[row][layer]
+            draw_map(panel, grid, layer)
+            draw_cells(panel, grid, layer, colour)
+            if strength is not None:
+                draw_arrows(panel, grid, layer, strength, arrow_colour)
+            panel.set_title(f'{title}\nto waypoint {layer + 1}' if layer == 0 else f'to waypoint {layer + 1}', fontsize=9)
+    return figure
+
+
+def cluster_colour(clusters: npt.NDArray[np.int64], visits: FloatArray) -> Callable[[int], str | None]:
+    """Colour of a state by its cluster; states never visited stay white."""
+    return lambda state: CLUSTER_COLOURS[int(clusters[state]) % len(CLUSTER_COLOURS)] if visits[state] > 0 else None
+
+
+def heat_colour(values: FloatArray) -> Callable[[int], str | None]:
+    """Colour of a state by a value scaled between the smallest and the largest."""
+    low, high = float(values.min()), float(values.max())
+    scale = mpl.colors.Normalize(low, high if high > low else low + 1.0)
+    return lambda state: str(mpl.colors.to_hex(mpl.colormaps['cividis'](0.25 + 0.75 * scale(float(values[state])))))
+
+
+def tracks_figure(grid: Grid, tracks: Sequence[Track]) -> Figure:
+    """Three maps: the demonstrations, the flights before advice and the flights after."""
+    kinds = (
+        ('demonstration', 'What the person flew', BLUE), ('before', 'Learnt without advice', VERMILION),
+        ('after', 'Learnt with advice', GREEN),
+    )
+    figure = Figure(figsize=(3.4 * len(kinds), 3.9), layout='constrained')
+    for axes, (kind, title, colour) in zip(figure.subplots(1, len(kinds)), kinds, strict=True):
+        draw_map(axes, grid)
+        flown = [track for track in tracks if track.kind == kind]
+        for track in flown:
+            cells = (track.positions_enu_m - np.array(grid.origin_enu_m)) / grid.resolution_m
+            axes.plot(cells[:, 0], cells[:, 1], color=colour, alpha=0.55, linewidth=1.3, zorder=3)
+            if not track.reached and len(cells):
+                axes.plot(*cells[-1], marker='x', color='black', markersize=7, zorder=7)
+        reached = sum(track.reached for track in flown)
+        axes.set_title(f'{title}\n{reached} of {len(flown)} flights reached the end', fontsize=10)
+    return figure
+
+
+def success_figure(rows: Sequence[tuple[str, float, float, float]]) -> Figure:
+    """Bars of success [%] with their 95 % interval: (label, mean, low, high)."""
+    figure = Figure(figsize=(4.6, 0.7 + 0.55 * len(rows)), layout='constrained')
+    axes = figure.subplots()
+    for index, (label, mean, low, high) in enumerate(rows):
+        axes.barh(index, mean, color=VERMILION if index == 0 else GREEN, height=0.6)
+        axes.errorbar(mean, index, xerr=[[mean - low], [high - mean]], color='black', capsize=3, linewidth=1)
+        axes.text(2, index, f'{label}: {mean:.0f} %', va='center', fontsize=9)
+    axes.set_xlim(0, 100)
+    axes.set_yticks([])
+    axes.invert_yaxis()
+    axes.set_xlabel('flights that reach the final waypoint in order [%]', fontsize=9)
+    for side in ('top', 'right', 'left'):
+        axes.spines[side].set_visible(False)
+    return figure

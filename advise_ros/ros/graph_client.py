@@ -1,0 +1,184 @@
+"""A client of the running graph: what a command line tool or a test asks of the nodes."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+import rclpy
+from geometry_msgs.msg import PoseStamped
+from rclpy.action import ActionClient
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
+from std_srvs.srv import Trigger
+
+from advise_msgs.action import Fly
+from advise_msgs.msg import (
+    Advice,
+    AdviceQuery,
+    Demonstration,
+    FlightStatus,
+    LearnerStatus,
+    Policy,
+    VehicleStatus,
+)
+from advise_ros.core.errors import AdviseError
+from advise_ros.ros import qos
+
+T = TypeVar('T')
+POLL_S = 0.02
+
+
+class GraphTimeoutError(AdviseError):
+    """The graph did not do in time what was waited for."""
+
+
+class GraphClient:
+    """Listens to the graph in a background thread and calls its services and its action.
+
+    Attributes:
+        vehicle, learner, flight, query: the latest message of each topic, None before the first.
+        demonstrations: latest message by demonstration id, in order of arrival.
+        policies: by version.
+        queries: by query id.
+        advice: the session's log in order.
+        track: callbacks get every pose as (stamp_ns, x, y, z) in the map frame.
+    """
+
+    def __init__(self, name: str, check: Callable[[], None] = lambda: None) -> None:
+        """Joins the graph; `check` is called while waiting and may raise, e.g. when a process died."""
+        if not rclpy.ok():
+            rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
+        self.node = Node(name)
+        self._check = check
+        self.vehicle: VehicleStatus | None = None
+        self.learner: LearnerStatus | None = None
+        self.flight: FlightStatus | None = None
+        self.query: AdviceQuery | None = None
+        self.demonstrations: dict[str, Demonstration] = {}
+        self.policies: dict[int, Policy] = {}
+        self.queries: dict[int, AdviceQuery] = {}
+        self.advice: list[Advice] = []
+        self.on_pose: Callable[[PoseStamped], None] | None = None
+        self._subscribe()
+        self._fly = ActionClient(self.node, Fly, 'policy/fly')
+        self._executor = SingleThreadedExecutor()
+        self._executor.add_node(self.node)
+        self._thread = threading.Thread(target=self._spin, name='graph-client', daemon=True)
+        self._thread.start()
+
+    def _subscribe(self) -> None:
+        listen = self.node.create_subscription
+        listen(VehicleStatus, 'vehicle_status', lambda m: setattr(self, 'vehicle', m), qos.latched())
+        listen(LearnerStatus, 'advise/status', lambda m: setattr(self, 'learner', m), qos.latched())
+        listen(FlightStatus, 'policy/status', lambda m: setattr(self, 'flight', m), qos.latched())
+        listen(AdviceQuery, 'advise/query', self._on_query, qos.latched())
+        listen(Policy, 'advise/policy', lambda m: self.policies.__setitem__(m.version, m), qos.latched())
+        listen(Advice, 'advise/advice_log', self.advice.append, qos.ADVICE_LOG)
+        listen(
+            Demonstration, 'demonstration', lambda m: self.demonstrations.__setitem__(m.demonstration_id, m),
+            qos.DEMONSTRATIONS,
+        )
+        listen(PoseStamped, 'pose', self._on_pose, qos.SENSOR_DEEP)
+
+    def _on_query(self, query: AdviceQuery) -> None:
+        self.query = query
+        if query.query_id:
+            self.queries[query.query_id] = query
+
+    def _on_pose(self, pose: PoseStamped) -> None:
+        if self.on_pose is not None:
+            self.on_pose(pose)
+
+    def _spin(self) -> None:
+        try:
+            self._executor.spin()
+        except ExternalShutdownException:
+            pass
+
+    def close(self) -> None:
+        """Leave the graph."""
+        self._executor.shutdown()
+        self._thread.join(timeout=5.0)
+        self.node.destroy_node()
+        rclpy.try_shutdown()
+
+    def forget_session(self) -> None:
+        """Drop what was heard of a learner that is gone, before another one starts."""
+        self.learner = self.query = None
+        self.policies, self.queries, self.advice, self.demonstrations = {}, {}, [], {}
+
+    # -- waiting -----------------------------------------------------------------------------
+    def wait(self, what: str, predicate: Callable[[], T | None], timeout_s: float) -> T:
+        """The predicate's first true value.
+
+        Raises:
+            GraphTimeoutError: not within `timeout_s` (steady time); the message says what was waited for.
+        """
+        end = time.monotonic() + timeout_s
+        while True:
+            value = predicate()
+            if value:
+                return value
+            self._check()
+            if time.monotonic() > end:
+                raise GraphTimeoutError(f'waited {timeout_s:g} s in vain for {what}')
+            time.sleep(POLL_S)
+
+    def call(self, service_type: Any, name: str, request: Any, timeout_s: float = 10.0) -> Any:
+        """The response of a service.
+
+        Raises:
+            GraphTimeoutError: there is no such service, or it does not reply in time.
+        """
+        client = self.node.create_client(service_type, name)
+        try:
+            self.wait(f'service {name}', lambda: client.service_is_ready() or None, timeout_s)
+            future = client.call_async(request)
+            self.wait(f'the reply of service {name}', lambda: future.done() or None, timeout_s)
+            return future.result()
+        finally:
+            self.node.destroy_client(client)
+
+    def trigger(self, name: str, timeout_s: float = 10.0) -> str:
+        """Call a std_srvs/Trigger service; returns its message.
+
+        Raises:
+            AdviseError: the service refused; its own words are in the message.
+        """
+        response = self.call(Trigger, name, Trigger.Request(), timeout_s)
+        if not response.success:
+            raise AdviseError(f'{name} was refused: {response.message}')
+        return str(response.message)
+
+    # -- flying ------------------------------------------------------------------------------
+    def take_off(self, timeout_s: float) -> None:
+        """Arm and climb to the grid's altitude; returns when velocity commands reach the vehicle."""
+        self.wait('the vehicle to be ready', lambda: self.vehicle and self.vehicle.ready, timeout_s)
+        self.trigger('mavlink_bridge/takeoff', timeout_s)
+        self.wait('the take-off', lambda: self.vehicle and self.vehicle.commandable, timeout_s)
+
+    def land(self, timeout_s: float) -> None:
+        """Land; returns when the vehicle is disarmed."""
+        self.trigger('mavlink_bridge/land', timeout_s)
+        self.wait('the landing', lambda: self.vehicle and not self.vehicle.armed, timeout_s)
+
+    def fly(self, start_cell: int, timeout_s: float) -> Fly.Result:
+        """Fly the current policy once.
+
+        Raises:
+            AdviseError: the goal was refused.
+            GraphTimeoutError: no result in time.
+        """
+        self.wait('the action policy/fly', lambda: self._fly.server_is_ready() or None, timeout_s)
+        sent = self._fly.send_goal_async(Fly.Goal(step_budget=0, start_cell=start_cell))
+        self.wait('the reply of policy/fly', lambda: sent.done() or None, timeout_s)
+        handle = sent.result()
+        if not handle.accepted:
+            raise AdviseError(f'policy/fly refused: {self.flight.message if self.flight else "no reason given"}')
+        result = handle.get_result_async()
+        self.wait('the end of the flight', lambda: result.done() or None, timeout_s)
+        return result.result().result
