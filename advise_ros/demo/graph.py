@@ -1,0 +1,79 @@
+"""The demo's graph of processes: which executables run, with which parameters."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from advise_ros.core.errors import InputError
+from advise_ros.core.grid import Grid
+from advise_ros.demo.options import DemoOptions, free_udp_port
+from advise_ros.demo.supervisor import Child, Supervisor
+
+SIM_TIME = {'use_sim_time': True}
+
+
+class DemoGraph:
+    """Starts and stops the processes of one demo run."""
+
+    def __init__(self, options: DemoOptions, grid: Grid, supervisor: Supervisor) -> None:
+        self._options = options
+        self._grid = grid
+        self._supervisor = supervisor
+        self._files = ('--params-file', str(options.params_file))
+
+    def _node(self, name: str, parameters: dict[str, object], *, may_end: bool = False, log: str = '') -> Child:
+        return self._supervisor.start_node(
+            name, {**SIM_TIME, **parameters}, *self._files, may_end=may_end, log=log,
+        )
+
+    def _on_grid(self, name: str, parameters: dict[str, object] | None = None, **kinds: object) -> Child:
+        values: dict[str, object] = {'grid_file': self._options.grid_file, **(parameters or {})}
+        return self._node(name, values, may_end=bool(kinds.get('may_end', False)), log=str(kinds.get('log', '')))
+
+    def start_vehicle(self) -> None:
+        """The simulator and its bridge, for the whole run."""
+        port = free_udp_port()
+        east, north = self._grid.centre_enu_m(self._grid.waypoints[-1])
+        self._supervisor.start_node(
+            'simulator',
+            {
+                'endpoint': f'udpout:127.0.0.1:{port}', 'speedup': float(self._options.speedup),
+                'start_east_m': float(east), 'start_north_m': float(north), 'seed': self._options.seed,
+            },
+            *self._files,
+        )
+        self._on_grid('mavlink_bridge', {'url': f'udpin:127.0.0.1:{port}'})
+
+    def start_recording(self, bag: Path) -> tuple[Child, Child]:
+        """The logger and the recorder."""
+        return self._node('logger', {'bag': bag}), self._on_grid('recorder')
+
+    def start_learning(self, seed: int, demonstrations: Path | None) -> tuple[Child, Child]:
+        """The learner and the policy's pilot; `demonstrations` come from a file, None: from the recorder."""
+        values: dict[str, object] = {'seed': seed, 'budget': self._options.answers}
+        if demonstrations is not None:
+            values['demonstrations_file'] = demonstrations
+        return (
+            self._on_grid('advise', values, log=f'advise-{seed}'),
+            self._on_grid('policy', log=f'policy-{seed}'),
+        )
+
+    def start_pilot(self) -> Child:
+        """The simulated demonstrator; it ends when all flights are flown."""
+        return self._on_grid('pilot', {'flights': self._options.flights, 'seed': self._options.seed}, may_end=True)
+
+    def start_expert(self, seed: int) -> Child:
+        return self._on_grid('expert', {'seed': seed}, log=f'expert-{seed}')
+
+
+def refuse_a_second_graph(names: list[str]) -> None:
+    """Raise when nodes of ours run in this ROS domain already: two graphs would answer each other.
+
+    Raises:
+        InputError: with the names and the way out.
+    """
+    ours = sorted({'advise', 'policy', 'recorder', 'simulator', 'mavlink_bridge'} & set(names))
+    if ours:
+        raise InputError(
+            f'nodes named {", ".join(ours)} run in this ROS domain already; stop them, or set ROS_DOMAIN_ID to another number'
+        )

@@ -1,0 +1,79 @@
+"""What a demo run is asked to do, and the files that it takes its parameters from."""
+
+from __future__ import annotations
+
+import socket
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import yaml
+from ament_index_python.packages import get_package_share_directory
+
+from advise_ros import config
+from advise_ros.core.errors import InputError
+
+
+@dataclass(frozen=True)
+class DemoOptions:
+    """One run of the demo.
+
+    Attributes:
+        expert: 'simulated', or 'human' to wait for a person's answers.
+        flights: demonstrations flown in the simulator.
+        answers: queries that the expert answers.
+        seeds_flown: learning sessions whose policies fly before and after advice, seed, seed + 1, ...
+        trials: seeds on the grid model behind the success rates.
+        speedup: simulated seconds a second.
+    """
+
+    expert: str
+    seed: int
+    flights: int
+    answers: int
+    seeds_flown: int
+    trials: int
+    speedup: float
+    grid_file: Path
+    params_file: Path
+    out: Path
+
+
+def share(name: str) -> Path:
+    """A file of the package's config directory."""
+    return Path(get_package_share_directory('advise_ros')) / 'config' / name
+
+
+def node_parameters(params_file: Path, node: str) -> dict[str, Any]:
+    """Parameters of one node in a ROS parameter file.
+
+    Raises:
+        InputError: the file cannot be read or is no parameter file.
+    """
+    try:
+        tree = yaml.safe_load(params_file.read_text(encoding='utf-8'))
+    except (OSError, yaml.YAMLError) as problem:
+        raise InputError(f'parameter file {params_file} cannot be read: {str(problem).splitlines()[0]}') from None
+    if not isinstance(tree, Mapping):
+        raise InputError(f'parameter file {params_file} holds no nodes; see config/demo.yaml')
+    for name, entry in tree.items():
+        if str(name).rsplit('/', 1)[-1] == node:
+            return dict(entry.get('ros__parameters', {}))
+    return {}
+
+
+def node_config(params_file: Path, node: str, config_class: type[config.ConfigT]) -> config.ConfigT:
+    """The node's config as the node itself would read it.
+
+    Raises:
+        InputError: as config.build.
+    """
+    return config.build(config_class, node_parameters(params_file, node))
+
+
+def free_udp_port() -> int:
+    """A UDP port of localhost that nobody uses now."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        probe.bind(('127.0.0.1', 0))
+        return int(probe.getsockname()[1])
