@@ -1,0 +1,43 @@
+"""Fixtures of test/ros and test/e2e."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+
+import pytest
+
+from support import reserve
+from support.graph import Graph
+
+
+@pytest.fixture
+def ros_env(monkeypatch: pytest.MonkeyPatch) -> Iterator[dict[str, str]]:
+    """A ROS domain of one's own, set in this process; yields the whole environment for children."""
+    with reserve.ros_domain() as domain:
+        monkeypatch.setenv('ROS_DOMAIN_ID', str(domain))
+        monkeypatch.setenv('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
+        monkeypatch.setenv('FASTDDS_BUILTIN_TRANSPORTS', 'UDPv4')  # Shared memory outlives killed processes.
+        monkeypatch.setenv('PYTHONUNBUFFERED', '1')
+        yield dict(os.environ)
+
+
+@pytest.fixture
+def graph(ros_env: dict[str, str]) -> Iterator[Graph]:
+    """A private ROS graph; see test/ros/conftest.py."""
+    private = Graph(int(ros_env['ROS_DOMAIN_ID']), ros_env)
+    try:
+        yield private
+    finally:
+        complaints = private.close()
+    assert not complaints, '\n'.join(complaints)
+
+
+@pytest.fixture
+def free_udp_port() -> int:
+    return reserve.free_udp_port()
+
+
+@pytest.fixture
+def free_tcp_port() -> int:
+    return reserve.free_tcp_port()
