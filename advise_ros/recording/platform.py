@@ -1,0 +1,40 @@
+"""What decides the last bits of a result: versions of the numeric packages and the kind of machine."""
+
+from __future__ import annotations
+
+import platform
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+
+import advise_ros
+
+NUMERIC_PACKAGES = ('numpy', 'scipy', 'highspy', 'scikit-learn', 'cvxpy')
+CPU_INFO = Path('/proc/cpuinfo')
+
+
+def describe() -> dict[str, str]:
+    """Name -> text: advise_ros, python, system, machine, cpu and the numeric packages ('' when missing)."""
+    return {
+        'advise_ros': advise_ros.__version__,
+        'python': platform.python_version(),
+        'system': platform.system(),
+        'machine': platform.machine(),
+        'cpu': _cpu_model(),
+        **{name: _version(name) for name in NUMERIC_PACKAGES},
+    }
+
+
+def _version(package: str) -> str:
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return ''
+
+
+def _cpu_model() -> str:
+    """Model of the first core; numeric libraries pick their kernels by it."""
+    try:
+        lines = CPU_INFO.read_text(encoding='utf-8', errors='replace').splitlines()
+    except OSError:
+        return platform.processor()
+    return next((line.partition(':')[2].strip() for line in lines if line.startswith('model name')), platform.processor())

@@ -1,0 +1,76 @@
+"""The parameters of every node in the graph, read as nodes appear, without ever waiting."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from rcl_interfaces.msg import ParameterValue
+from rcl_interfaces.srv import GetParameters, ListParameters
+from rclpy.client import Client
+from rclpy.node import Node
+from rclpy.parameter import parameter_value_to_python
+from rclpy.task import Future
+
+OnParameters = Callable[[str, dict[str, Any]], None]
+
+
+class ParameterWatch:
+    """Asks each node once for all its parameters; a node that left and came back is asked again.
+
+    Call `refresh` now and then; answers arrive through the executor.
+    """
+
+    def __init__(self, node: Node, on_parameters: OnParameters) -> None:
+        self._node = node
+        self._on_parameters = on_parameters
+        self._clients: dict[str, tuple[Client, Client]] = {}
+        self._asked: set[str] = set()
+
+    def refresh(self) -> None:
+        present = {
+            f'{namespace.rstrip("/")}/{name}'
+            for name, namespace in self._node.get_node_names_and_namespaces()
+            if not name.startswith('_')
+        }
+        for gone in (self._asked | set(self._clients)) - present:
+            self._forget(gone)
+            self._asked.discard(gone)
+        for name in present - self._asked:
+            self._ask_when_ready(name)
+
+    def _ask_when_ready(self, name: str) -> None:
+        if name not in self._clients:
+            self._clients[name] = (
+                self._node.create_client(ListParameters, f'{name}/list_parameters'),
+                self._node.create_client(GetParameters, f'{name}/get_parameters'),
+            )
+        lister, getter = self._clients[name]
+        if lister.service_is_ready() and getter.service_is_ready():
+            self._asked.add(name)
+            lister.call_async(ListParameters.Request()).add_done_callback(
+                lambda future: self._listed(name, future)
+            )
+
+    def _listed(self, name: str, future: Future) -> None:
+        clients, response = self._clients.get(name), future.result()
+        if clients is None or response is None:
+            return
+        names = list(response.result.names)
+        clients[1].call_async(GetParameters.Request(names=names)).add_done_callback(
+            lambda answer: self._got(name, names, answer)
+        )
+
+    def _got(self, name: str, names: list[str], future: Future) -> None:
+        response = future.result()
+        if response is not None:
+            self._on_parameters(name, _as_python(names, response.values))
+        self._forget(name)
+
+    def _forget(self, name: str) -> None:
+        for client in self._clients.pop(name, ()):
+            self._node.destroy_client(client)
+
+
+def _as_python(names: list[str], values: list[ParameterValue]) -> dict[str, Any]:
+    return {name: parameter_value_to_python(value) for name, value in zip(names, values, strict=False)}

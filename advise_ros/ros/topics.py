@@ -1,0 +1,26 @@
+"""The topics that a session is rebuilt from, as the design names them."""
+
+from __future__ import annotations
+
+from rclpy.qos import QoSProfile
+
+from advise_ros.ros import qos
+
+# Relative name -> message type and the profile of a reader that must miss nothing.
+RECORDED: dict[str, tuple[str, QoSProfile]] = {
+    'pose': ('geometry_msgs/msg/PoseStamped', qos.SENSOR_DEEP),
+    'odom': ('nav_msgs/msg/Odometry', qos.SENSOR_DEEP),
+    'cmd_vel': ('geometry_msgs/msg/TwistStamped', qos.COMMAND_DEEP),
+    'vehicle_status': ('advise_msgs/msg/VehicleStatus', qos.latched(100)),
+    'battery_state': ('sensor_msgs/msg/BatteryState', qos.SENSOR_DEEP),
+    'demonstration': ('advise_msgs/msg/Demonstration', qos.DEMONSTRATIONS),
+    'advise/query': ('advise_msgs/msg/AdviceQuery', qos.latched(100)),
+    'advise/policy': ('advise_msgs/msg/Policy', qos.latched(100)),
+    'advise/advice_log': ('advise_msgs/msg/Advice', qos.ADVICE_LOG),
+    'advise/status': ('advise_msgs/msg/LearnerStatus', qos.latched(100)),
+    'advise/uncertainty': ('nav_msgs/msg/OccupancyGrid', qos.latched(100)),
+    'advise/reward': ('nav_msgs/msg/OccupancyGrid', qos.latched(100)),
+    'advise/markers': ('visualization_msgs/msg/MarkerArray', qos.latched(100)),
+    'policy/status': ('advise_msgs/msg/FlightStatus', qos.latched(1000)),
+    '/diagnostics': ('diagnostic_msgs/msg/DiagnosticArray', qos.COMMAND_DEEP),
+}
