@@ -17,6 +17,7 @@ class EndReason(IntEnum):
     DISARMED = 2
     STOPPED = 3
     END_OF_LOG = 4
+    BLOCKED = 5
 
 
 @dataclass(frozen=True)

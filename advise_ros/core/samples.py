@@ -41,3 +41,21 @@ class VehicleEvent(NamedTuple):
 
 
 NO_COMMANDS = CommandSamples(np.empty(0, dtype=np.int64), np.empty((0, 3), dtype=np.float64))
+
+
+class Recording(NamedTuple):
+    """What one source holds of one vehicle.
+
+    Attributes:
+        events: ascending by stamp; empty when the source does not tell.
+        policy_ns: closed intervals of stamps in which a policy flew.
+        source: where the samples come from, for people.
+        notes: what the source has that could not be used, one sentence each.
+    """
+
+    poses: PoseSamples
+    commands: CommandSamples = NO_COMMANDS
+    events: tuple[VehicleEvent, ...] = ()
+    policy_ns: tuple[tuple[int, int], ...] = ()
+    source: str = ''
+    notes: tuple[str, ...] = ()

@@ -5,6 +5,9 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+import numpy as np
+import numpy.typing as npt
+
 from advise_ros.core.errors import InputError
 from advise_ros.core.grid import Action, Grid
 
@@ -54,7 +57,7 @@ class CellTracker:
         self, grid: Grid, hysteresis_m: float, *, max_skip_cells: int = MAX_SKIP_CELLS, max_gap_s: float = math.inf,
     ) -> None:
         check_hysteresis(grid, hysteresis_m)
-        self._grid, self._hysteresis_m = grid, hysteresis_m
+        self.grid, self._hysteresis_m = grid, hysteresis_m
         self._max_skip_cells, self._max_gap_s = max_skip_cells, max_gap_s
         self.state: int | None = None
         self._before = Fix(0, 0.0, 0.0)
@@ -62,7 +65,7 @@ class CellTracker:
     @property
     def finished(self) -> bool:
         """A terminal state was entered."""
-        return self.state is not None and self._grid.is_terminal(self.state)
+        return self.state is not None and self.grid.is_terminal(self.state)
 
     def update(self, x_enu_m: float, y_enu_m: float, stamp_ns: int = 0) -> int | None:
         """State after a fix; None as long as no fix was inside the grid."""
@@ -74,30 +77,39 @@ class CellTracker:
 
     def is_inside(self, x_enu_m: float, y_enu_m: float) -> bool:
         """Inside the grid or at most `hysteresis_m` outside; False for NaN."""
-        grid, margin = self._grid, self._hysteresis_m
+        grid, margin = self.grid, self._hysteresis_m
         x, y = x_enu_m - grid.origin_enu_m[0], y_enu_m - grid.origin_enu_m[1]
-        return -margin <= x <= grid.width * grid.resolution_m + margin and -margin <= y <= grid.height * grid.resolution_m + margin
+        east, north = grid.width * grid.resolution_m, grid.height * grid.resolution_m
+        return -margin <= x <= east + margin and -margin <= y <= north + margin
 
     def step(self, before: Fix, now: Fix) -> Step | None:
         """Take the fix `now`, inside the grid; `before` is the one before it. None when nothing changed."""
         if self.state is None:
             self.state = self._first_state(now)
             return None
-        if self._grid.is_terminal(self.state):
+        if self.grid.is_terminal(self.state):
             return None
-        here = self._grid.xy(self._grid.cell_of(self.state))
+        here = self.grid.xy(self.grid.cell_of(self.state))
         there = self._axis(0, here[0], now.x_enu_m), self._axis(1, here[1], now.y_enu_m)
         if here == there:
             return None
         step = self._move(self.state, self._crossings(here, there, before, now), now.stamp_ns - before.stamp_ns)
         if step.broken:
-            arrival = self._grid.enter(self._grid.next_waypoint(self.state), self._grid.cell(*there))
+            arrival = self.grid.enter(self.grid.next_waypoint(self.state), self.grid.cell(*there))
             step = Step((), (arrival,), broken=True)
         self.state = step.states[-1]
         return step
 
+    def events(self, positions_enu_m: npt.NDArray[np.float64]) -> list[int]:
+        """Indices of the only fixes in (n, 2 or 3) that may change the state: those where the cells allowed change."""
+        past = positions_enu_m[:, :2] - np.asarray(self.grid.origin_enu_m)
+        lowest = np.floor((past - self._hysteresis_m) / self.grid.resolution_m)
+        highest = np.floor((past + self._hysteresis_m) / self.grid.resolution_m)
+        changed = (np.diff(lowest, axis=0) != 0).any(axis=1) | (np.diff(highest, axis=0) != 0).any(axis=1)
+        return [*range(min(len(past), 1)), *(np.flatnonzero(changed) + 1).tolist()]
+
     def _first_state(self, fix: Fix) -> int:
-        grid = self._grid
+        grid = self.grid
         indices = (
             min(max(math.floor((value - origin) / grid.resolution_m), 0), size - 1)
             for value, origin, size in zip(fix[1:], grid.origin_enu_m, (grid.width, grid.height), strict=True)
@@ -107,7 +119,7 @@ class CellTracker:
 
     def _axis(self, axis: int, index: int, position_m: float) -> int:
         """Column (axis 0) or row (axis 1) after a position: the old one as long as its border allows."""
-        grid = self._grid
+        grid = self.grid
         past = position_m - grid.origin_enu_m[axis]
         lowest = math.floor((past - self._hysteresis_m) / grid.resolution_m)
         highest = math.floor((past + self._hysteresis_m) / grid.resolution_m)
@@ -116,7 +128,7 @@ class CellTracker:
 
     def _move(self, state: int, actions: tuple[int, ...], gap_ns: int) -> Step:
         """The states along the moves; broken when the moves can't be believed."""
-        grid = self._grid
+        grid = self.grid
         states: list[int] = []
         for action in actions:
             state = grid.successor(state, action)
@@ -138,8 +150,8 @@ class CellTracker:
             travel_m = now[axis + 1] - before[axis + 1]
             for count in range(abs(there[axis] - here[axis])):
                 border = here[axis] + 1 + count if forward else here[axis] - count
-                line_m = border * self._grid.resolution_m + (self._hysteresis_m if forward else -self._hysteresis_m)
-                past_m = line_m + self._grid.origin_enu_m[axis] - before[axis + 1]
+                line_m = border * self.grid.resolution_m + (self._hysteresis_m if forward else -self._hysteresis_m)
+                past_m = line_m + self.grid.origin_enu_m[axis] - before[axis + 1]
                 moves.append((past_m / travel_m if travel_m else 0.0, int(action)))
         # Equal shares go to the axis first listed; sorting is stable.
         return tuple(action for _, action in sorted(moves, key=lambda move: move[0]))
@@ -153,5 +165,6 @@ def check_hysteresis(grid: Grid, hysteresis_m: float) -> None:
     """
     if not 0 <= hysteresis_m < grid.resolution_m / 2:
         raise InputError(
-            f"parameter 'hysteresis_m' is {hysteresis_m:g}; it must be below half a cell, {grid.resolution_m / 2:g} m on this grid"
+            f"parameter 'hysteresis_m' is {hysteresis_m:g}; "
+            f'it must be below half a cell, {grid.resolution_m / 2:g} m on this grid'
         )

@@ -1,0 +1,275 @@
+"""Samples of one flight -> a demonstration on the grid, with an audit of what was not used."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+import numpy as np
+import numpy.typing as npt
+
+from advise_ros.core.demonstration import Audit, Demonstration, EndReason
+from advise_ros.core.grid import Action, Grid
+from advise_ros.core.samples import CommandSamples, PoseSamples, Recording
+from advise_ros.core.tracker import MAX_SKIP_CELLS, NS, CellTracker, Fix, Step
+
+# A command whose lesser component is more than this share of the greater one points at no one neighbour.
+TIE_RATIO = 0.9
+# Sentences about unknown moves in one audit; the rest is counted.
+MAX_BREAK_NOTES = 5
+
+Mask = npt.NDArray[np.bool_]
+Stamps = npt.NDArray[np.int64]
+Window = tuple[int, int]
+
+
+@dataclass(frozen=True)
+class DiscretiseSettings:
+    """How samples become moves; the recorder's parameters of the same names say more."""
+
+    hysteresis_m: float = 0.2
+    command_min_speed_m_s: float = 0.1
+    command_timeout_s: float = 0.5
+    altitude_tolerance_m: float = 1.0
+    max_gap_s: float = 2.0
+    max_skip_cells: int = MAX_SKIP_CELLS
+
+
+@dataclass
+class _Track:
+    """Moves in the order flown: state left, direction moved, when it was entered and left."""
+
+    states: list[int] = field(default_factory=list)
+    motions: list[int] = field(default_factory=list)
+    entered_ns: list[int] = field(default_factory=list)
+    left_ns: list[int] = field(default_factory=list)
+    inserted: list[bool] = field(default_factory=list)
+    skips: int = 0
+    breaks: list[tuple[int, str]] = field(default_factory=list)
+
+
+def discretise(
+    grid: Grid,
+    recording: Recording,
+    window_ns: Window,
+    settings: DiscretiseSettings,
+    demonstration_id: str,
+    end_reason: EndReason,
+) -> Demonstration:
+    """The demonstration flown within a window of stamps, both ends included.
+
+    Only stamps decide, so the order in which poses and commands arrived beside each other does not matter.
+    Samples are dropped, and counted in the audit, when they have no stamp, their stamp repeats or goes
+    backward, a coordinate is no number, they lie outside the grid, or off its altitude by more than the
+    tolerance (climb, landing). The first sample left gives the first state: no state precedes it. Hovering
+    makes no move; how long it lasted is in the stamps.
+
+    The action of a move is the direction commanded when the cell was left, i.e. by the last command
+    stamped before the first sample in the next cell, not older than `command_timeout_s`, at least
+    `command_min_speed_m_s` fast and not diagonal. Otherwise the motion decides, counted as ambiguous. Where a
+    sample crossed several borders, the cells on the way are inserted (counted in `cell_skips`) and the
+    motion decides; where that can't be (see CellTracker) the state before has no known action and is left out.
+
+    The demonstration ends at the final waypoint or in a blocked cell: samples after that are not looked at.
+    The state at the end has no action and so is not in `states`. The result's `window_ns` runs from the first
+    to the last stamp looked at; discretising that window again gives the same demonstration.
+
+    Returns:
+        The demonstration; its end reason is FINAL_WAYPOINT or BLOCKED where that was so, else the one given
+        (STOPPED in place of a FINAL_WAYPOINT or BLOCKED that the samples don't show).
+
+    Raises:
+        InputError: the hysteresis is not below half a cell.
+    """
+    tracker = CellTracker(
+        grid, settings.hysteresis_m, max_skip_cells=settings.max_skip_cells, max_gap_s=settings.max_gap_s,
+    )
+    poses = recording.poses
+    inside = _in_window(poses.stamps_ns, window_ns)
+    if not inside.any():
+        audit = Audit(notes=('no positions in the window',))
+        return Demonstration(demonstration_id, recording.source, grid, (), (), (), window_ns, _given(end_reason), audit)
+    used = np.flatnonzero(_used(grid, poses, inside, settings))
+    track, end = _follow(tracker, poses.stamps_ns[used], poses.positions_enu_m[used])
+    stamps = poses.stamps_ns[inside]
+    cut = int(stamps.min()), int(stamps.max()) if end is None else end
+    actions, ambiguous, astray = _actions(track, recording.commands, cut, settings)
+    return Demonstration(
+        demonstration_id=demonstration_id,
+        source=recording.source,
+        grid=grid,
+        states=tuple(track.states),
+        actions=tuple(actions),
+        stamps_ns=tuple(track.entered_ns),
+        window_ns=cut,
+        end_reason=_ended(grid, tracker, end_reason),
+        audit=_audit(grid, recording, cut, settings, (track, ambiguous, astray)),
+    )
+
+
+# -- which samples count ---------------------------------------------------------------------------
+def _in_window(stamps_ns: Stamps, window_ns: Window) -> Mask:
+    return np.asarray((stamps_ns != 0) & (stamps_ns >= window_ns[0]) & (stamps_ns <= window_ns[1]))
+
+
+def _on_time(stamps_ns: Stamps, inside: Mask) -> Mask:
+    """Samples of the window that are newer than all that arrived before them."""
+    stamps = np.where(inside, stamps_ns, np.iinfo(np.int64).min)
+    newest = np.maximum.accumulate(stamps)
+    fresh = np.ones_like(inside)
+    fresh[1:] = stamps[1:] > newest[:-1]
+    return inside & fresh
+
+
+def _finite(poses: PoseSamples) -> Mask:
+    return np.asarray(np.isfinite(poses.positions_enu_m).all(axis=1))
+
+
+def _at_altitude(grid: Grid, poses: PoseSamples, settings: DiscretiseSettings) -> Mask:
+    return np.asarray(np.abs(poses.positions_enu_m[:, 2] - grid.altitude_m) <= settings.altitude_tolerance_m)
+
+
+def _on_grid(grid: Grid, poses: PoseSamples, settings: DiscretiseSettings) -> Mask:
+    """As CellTracker.is_inside."""
+    margin = settings.hysteresis_m
+    past = poses.positions_enu_m[:, :2] - np.asarray(grid.origin_enu_m)
+    size = np.array([grid.width * grid.resolution_m + margin, grid.height * grid.resolution_m + margin])
+    return np.asarray(((past >= -margin) & (past <= size)).all(axis=1))
+
+
+def _used(grid: Grid, poses: PoseSamples, inside: Mask, settings: DiscretiseSettings) -> Mask:
+    used = _on_time(poses.stamps_ns, inside) & _finite(poses)
+    return used & _at_altitude(grid, poses, settings) & _on_grid(grid, poses, settings)
+
+
+# -- moves -----------------------------------------------------------------------------------------
+def _follow(tracker: CellTracker, stamps_ns: Stamps, positions: npt.NDArray[np.float64]) -> tuple[_Track, int | None]:
+    """The moves along used samples, and the stamp at which a terminal state was entered."""
+    track = _Track()
+    entered_ns = 0
+    for index in tracker.events(positions):
+        now, before = (Fix(int(stamps_ns[i]), *map(float, positions[i, :2])) for i in (index, max(index - 1, 0)))
+        state = tracker.state
+        step = tracker.step(before, now)
+        if state is None:
+            entered_ns = now.stamp_ns
+        elif step is not None:
+            _record(track, tracker.grid, state, step, (entered_ns, now.stamp_ns))
+            entered_ns = now.stamp_ns
+        if tracker.finished:
+            return track, now.stamp_ns
+    return track, None
+
+
+def _record(track: _Track, grid: Grid, state: int, step: Step, stamps_ns: Window) -> None:
+    if step.broken:
+        here, there = (grid.xy(grid.cell_of(s)) for s in (state, step.states[0]))
+        track.skips += abs(here[0] - there[0]) + abs(here[1] - there[1]) - 1
+        track.breaks.append((stamps_ns[1], f'the moves from cell {list(here)} to {list(there)} are not known'))
+        return
+    track.skips += len(step.actions) - 1
+    entered_ns, left_ns = stamps_ns
+    for motion, after in zip(step.actions, step.states, strict=True):
+        track.states.append(state)
+        track.motions.append(motion)
+        track.entered_ns.append(entered_ns)
+        track.left_ns.append(left_ns)
+        track.inserted.append(len(step.actions) > 1)
+        state, entered_ns = after, left_ns
+
+
+# -- actions ---------------------------------------------------------------------------------------
+def _actions(
+    track: _Track, commands: CommandSamples, window_ns: Window, settings: DiscretiseSettings,
+) -> tuple[list[int], int, int]:
+    """Actions of the moves, how many of them the motion decided, and how many went elsewhere than commanded."""
+    kept = _in_window(commands.stamps_ns, window_ns) & np.isfinite(commands.velocities_enu_m_s).all(axis=1)
+    stamps_ns = commands.stamps_ns[kept]
+    order = np.argsort(stamps_ns, kind='stable')
+    stamps_ns, velocities = stamps_ns[order], commands.velocities_enu_m_s[kept][order]
+    in_force = np.searchsorted(stamps_ns, np.asarray(track.left_ns, dtype=np.int64), side='left') - 1
+    actions, ambiguous, astray = [], 0, 0
+    for motion, left_ns, inserted, index in zip(track.motions, track.left_ns, track.inserted, in_force, strict=True):
+        commanded = None
+        if not inserted and index >= 0 and left_ns - int(stamps_ns[index]) <= settings.command_timeout_s * NS:
+            commanded = direction(float(velocities[index, 0]), float(velocities[index, 1]), settings.command_min_speed_m_s)
+        ambiguous += commanded is None and not inserted
+        astray += commanded is not None and commanded != motion
+        actions.append(motion if commanded is None else commanded)
+    return actions, ambiguous, astray
+
+
+def direction(east_m_s: float, north_m_s: float, min_speed_m_s: float) -> int | None:
+    """The action that a velocity points at, None when it is too slow or near a diagonal."""
+    east, north = abs(east_m_s), abs(north_m_s)
+    if float(np.hypot(east, north)) < min_speed_m_s or min(east, north) > TIE_RATIO * max(east, north) or east == north:
+        return None
+    if east > north:
+        return int(Action.EAST if east_m_s > 0 else Action.WEST)
+    return int(Action.NORTH if north_m_s > 0 else Action.SOUTH)
+
+
+# -- the end and the audit -------------------------------------------------------------------------
+def _given(end_reason: EndReason) -> EndReason:
+    return EndReason.STOPPED if end_reason in (EndReason.FINAL_WAYPOINT, EndReason.BLOCKED) else end_reason
+
+
+def _ended(grid: Grid, tracker: CellTracker, end_reason: EndReason) -> EndReason:
+    if not tracker.finished:
+        return _given(end_reason)
+    return EndReason.FINAL_WAYPOINT if tracker.state == grid.goal_state else EndReason.BLOCKED
+
+
+def _audit(
+    grid: Grid, recording: Recording, window_ns: Window, settings: DiscretiseSettings, moves: tuple[_Track, int, int],
+) -> Audit:
+    """Counts over the samples of the final window; each sample is counted for the first reason that fits."""
+    poses, (track, ambiguous, astray) = recording.poses, moves
+    inside = _in_window(poses.stamps_ns, window_ns)
+    where = np.flatnonzero(inside)
+    unstamped = int((poses.stamps_ns[where[0] : where[-1] + 1] == 0).sum())
+    on_time = _on_time(poses.stamps_ns, inside)
+    finite = on_time & _finite(poses)
+    level = finite & _at_altitude(grid, poses, settings)
+    used = level & _on_grid(grid, poses, settings)
+    gaps = np.diff(poses.stamps_ns[used])
+    max_gap_s = float(np.float32(gaps.max() / NS)) if gaps.size else 0.0  # As it travels in the message.
+    numbers = {
+        'nan': int((on_time & ~finite).sum()),
+        'off_altitude': int((finite & ~level).sum()),
+        'used': int(used.sum()),
+        'astray': astray,
+        'start_ns': window_ns[0],
+        'commands': int(_in_window(recording.commands.stamps_ns, window_ns).sum()),
+    }
+    return Audit(
+        samples=int(inside.sum()) + unstamped,
+        late=int((inside & ~on_time).sum()),
+        unstamped=unstamped,
+        out_of_grid=int((level & ~used).sum()),
+        cell_skips=track.skips,
+        ambiguous_actions=ambiguous,
+        max_gap_s=max_gap_s,
+        notes=_notes(grid, settings, track, numbers, max_gap_s),
+    )
+
+
+def _notes(
+    grid: Grid, settings: DiscretiseSettings, track: _Track, numbers: dict[str, int], max_gap_s: float,
+) -> tuple[str, ...]:
+    """One sentence for each thing that a person should know."""
+    breaks, start_ns = track.breaks[:MAX_BREAK_NOTES], numbers['start_ns']
+    more = len(track.breaks) - len(breaks)
+    said = (
+        (numbers['used'] == 0, 'no sample lies on the grid at its altitude'),
+        (numbers['nan'], f'{numbers["nan"]} positions are not numbers and were dropped'),
+        (
+            numbers['off_altitude'],
+            f'{numbers["off_altitude"]} samples more than {settings.altitude_tolerance_m:g} m off the altitude of '
+            f'{grid.altitude_m:g} m were not used',
+        ),
+        (max_gap_s > settings.max_gap_s, f'{max_gap_s:.2f} s passed between two used samples'),
+        (track.states and not numbers['commands'], 'no commands were recorded: the motion decided every move'),
+        (numbers['astray'], f'{numbers["astray"]} moves went elsewhere than commanded; the command is the action'),
+        *((True, f'{note}, {(stamp_ns - start_ns) / NS:.1f} s into the flight') for stamp_ns, note in breaks),
+        (more > 0, f'{more} more stretches of moves are not known'),
+    )
+    return tuple(note for condition, note in said if condition)
