@@ -1,0 +1,95 @@
+"""The executable `simulator`."""
+
+from __future__ import annotations
+
+import sys
+import time
+
+import numpy as np
+from rclpy.clock import Clock, ClockType
+from rclpy.node import Node
+from rosgraph_msgs.msg import Clock as ClockMessage
+
+from advise_ros.config import SimulatorConfig
+from advise_ros.ros import convert, parameters, qos, run
+from advise_ros.ros.diagnostics import OK, WARN, Diagnostics
+from advise_ros.sim.autopilot import COMPONENT_ID, Autopilot
+from advise_ros.sim.link import Link
+from advise_ros.sim.pacing import Pacer
+
+FASTEST_TIMER_S, SLOWEST_TIMER_S = 0.001, 0.005
+# A callback hands control back after this long, so that signals and diagnostics are served.
+LONGEST_TURN_NS = 10_000_000
+CLOCK_PERIOD_NS = 10_000_000
+
+
+class SimulatorNode(Node):
+    """A simulated quadcopter that speaks MAVLink 2 like ArduCopter in GUIDED; RotorPy is its physics.
+
+    It sends heartbeats to `endpoint` and waits for a companion (mavlink_bridge) or a ground station: message
+    intervals, GUIDED, arm, take-off, velocity setpoints, land. Simulated time runs `speedup` times as fast as
+    steady time; the flight is the same at every speed. Publishes /clock (rosgraph_msgs/Clock) for nodes with
+    use_sim_time, equal to the time_boot_ms of its messages, and says on /diagnostics which speed it reaches.
+
+    Example: ros2 run advise_ros simulator --ros-args -p endpoint:=udpout:127.0.0.1:14550 -p speedup:=10.0
+    """
+
+    def __init__(self) -> None:
+        super().__init__('simulator')
+        self.config = parameters.load(self, SimulatorConfig)
+        self._autopilot = Autopilot(self.config, np.random.default_rng(self.config.seed))
+        self._link = Link(self.config.endpoint, self.config.system_id, COMPONENT_ID)
+        self._pacer = Pacer(self.config.speedup, round(self.config.step_s * 1e9))
+        self._clock_sent_ns = 0
+        self._clock_publisher = self.create_publisher(ClockMessage, '/clock', qos.COMMAND) if self.config.publish_clock else None
+        self._diagnostics = Diagnostics(self)
+        steady = Clock(clock_type=ClockType.STEADY_TIME)
+        self.create_timer(self._timer_period_s(), self._turn, clock=steady)
+        self.create_timer(1.0, self._report, clock=steady)
+
+    def _timer_period_s(self) -> float:
+        if self.config.speedup == 0.0:
+            return FASTEST_TIMER_S
+        return min(max(self.config.step_s / self.config.speedup, FASTEST_TIMER_S), SLOWEST_TIMER_S)
+
+    def _turn(self) -> None:
+        """Answer what has arrived and do the ticks that are due, reading before each."""
+        started_ns = time.monotonic_ns()
+        self._answer()
+        while self._pacer.due(now_ns := time.monotonic_ns()) > 0 and now_ns - started_ns < LONGEST_TURN_NS:
+            self._answer()
+            messages = self._autopilot.step()
+            self._pacer.did(1)
+            self._publish_clock(now_ns)
+            self._link.send(messages)
+
+    def _answer(self) -> None:
+        for message in self._link.read():
+            self._link.send(self._autopilot.receive(message))
+
+    def _publish_clock(self, steady_ns: int) -> None:
+        if self._clock_publisher is not None and steady_ns - self._clock_sent_ns >= CLOCK_PERIOD_NS:
+            self._clock_sent_ns = steady_ns
+            self._clock_publisher.publish(ClockMessage(clock=convert.stamp_from_ns(self._autopilot.vehicle.now_ns)))
+
+    def _report(self) -> None:
+        pacer, vehicle = self._pacer, self._autopilot.vehicle
+        values = {
+            'speedup asked': pacer.speedup, 'speedup achieved': 'measuring' if pacer.achieved is None else f'{pacer.achieved:.2f}',
+            'simulated time (s)': f'{vehicle.now_s:.1f}', 'mode': vehicle.mode.name, 'armed': vehicle.armed,
+        }
+        if pacer.falls_behind and pacer.achieved is not None:
+            self._diagnostics.set(WARN, f'speedup {pacer.speedup:g} asked, {pacer.achieved:.1f} achieved: this machine cannot keep up', values)
+        else:
+            self._diagnostics.set(OK, 'simulating' if vehicle.ready else 'simulating; not ready to arm yet', values)
+
+    def close(self) -> None:
+        self._link.close()
+
+
+def main() -> None:
+    sys.exit(run.run_node(SimulatorNode, SimulatorConfig))
+
+
+if __name__ == '__main__':
+    main()

@@ -1,0 +1,62 @@
+"""The rigid body, its rotors and its drag: RotorPy's Multirotor, integrated in one cheap step."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from rotorpy.vehicles.hummingbird_params import quad_params
+from rotorpy.vehicles.multirotor import Multirotor
+
+Array = NDArray[np.float64]
+Body = dict[str, Array]
+
+# The Hummingbird with the motors and the attitude loop of a larger craft, as ArduCopter flies: slow enough
+# that control held for 25 ms is well damped and one step of 25 ms integrates it to half a millimetre.
+PARAMETERS: dict[str, Any] = {**quad_params, 'tau_m': 0.03, 'kp_att': 150.0, 'kd_att': 24.0, 'motor_noise_std': 0.0}
+HOVER_ROTOR_RAD_S = float(np.sqrt(PARAMETERS['mass'] * 9.81 / (4 * PARAMETERS['k_eta'])))
+
+
+class Airframe(Multirotor):  # type: ignore[misc]  # RotorPy has no types
+    """RotorPy's forces, moments and attitude loop; the step is Kutta's third-order rule.
+
+    RotorPy's own `step` calls solve_ivp, which costs more than the physics, and draws motor noise from
+    numpy's global state, which no seed of ours reaches.
+    """
+
+    def __init__(self, parameters: dict[str, Any] | None = None) -> None:
+        super().__init__(parameters or PARAMETERS, control_abstraction='cmd_ctatt', enable_ground=True)
+
+    def step(self, state: Body, control: dict[str, Any], t_step: float) -> Body:
+        """One step with constant rotor commands.
+
+        Args:
+            state: RotorPy's state: x, v, wind (3,) in ENU, q (4,) as [i, j, k, w], w (3,) in the body, rotor_speeds (4,).
+            control: cmd_thrust in newtons and cmd_q (4,).
+            t_step: seconds.
+        """
+        wanted = np.clip(self.get_cmd_motor_speeds(state, control), self.rotor_speed_min, self.rotor_speed_max)
+        after = self._unpack_state(self._kutta(self._pack_state(state), wanted, t_step))
+        after['q'] = after['q'] / np.linalg.norm(after['q'])
+        after['rotor_speeds'] = np.clip(after['rotor_speeds'], self.rotor_speed_min, self.rotor_speed_max)
+        return self._handle_vehicle_on_ground(after) if self._on_ground(after) else after
+
+    def _kutta(self, now: Array, wanted_rotor_rad_s: Array, step_s: float) -> Array:
+        first = self._s_dot_fn(0.0, now, wanted_rotor_rad_s)
+        middle = self._s_dot_fn(0.0, now + 0.5 * step_s * first, wanted_rotor_rad_s)
+        last = self._s_dot_fn(0.0, now + step_s * (2.0 * middle - first), wanted_rotor_rad_s)
+        return now + step_s / 6.0 * (first + 4.0 * middle + last)
+
+
+def at_rest(position_enu_m: tuple[float, float, float], rotor_rad_s: float = 0.0) -> Body:
+    """A level body that stands still, nose to the north as an autopilot boots."""
+    half = np.pi / 4
+    return {
+        'x': np.array(position_enu_m, dtype=float),
+        'v': np.zeros(3),
+        'q': np.array([0.0, 0.0, np.sin(half), np.cos(half)]),
+        'w': np.zeros(3),
+        'wind': np.zeros(3),
+        'rotor_speeds': np.full(4, rotor_rad_s),
+    }

@@ -1,0 +1,157 @@
+"""The autopilot's motion control: acceleration- and jerk-limited reference, position and velocity loops.
+
+As in ArduCopter, a wanted velocity is first shaped into a reference that the craft can follow, and the
+reference's position is held too, so wind does not carry the craft away. All vectors are ENU.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from advise_ros.mavlink.frames import wrap_rad
+
+Array = NDArray[np.float64]
+
+GRAVITY_M_S2 = 9.81
+POSITION_GAIN_1_S = 1.0
+VELOCITY_GAIN_1_S = 3.0
+INTEGRAL_GAIN_1_S2 = 0.8
+SHAPING_GAIN_1_S = 6.0
+REFERENCE_LEASH_M = 2.0
+INTEGRAL_LIMIT_M_S2 = 4.0
+TILT_LIMIT_RAD = math.radians(35.0)
+YAW_RATE_LIMIT_RAD_S = math.radians(60.0)
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What the autopilot allows itself."""
+
+    speed_m_s: float = 10.0
+    acceleration_m_s2: float = 3.0
+    jerk_m_s3: float = 5.0
+    climb_m_s: float = 2.5
+    descent_m_s: float = 1.5
+    climb_acceleration_m_s2: float = 2.5
+
+
+class Target(NamedTuple):
+    """What the craft shall do now; an axis with a position seeks it, otherwise the velocity holds."""
+
+    velocity_enu_m_s: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    east_north_m: tuple[float, float] | None = None
+    altitude_m: float | None = None
+    yaw_enu_rad: float | None = None
+    yaw_rate_rad_s: float = 0.0
+    climb_acceleration_m_s2: float | None = None
+
+
+class Reference(NamedTuple):
+    """Where the craft ought to be: position, velocity, acceleration (3,) and the integral of the velocity loop (3,)."""
+
+    position_enu_m: Array
+    velocity_enu_m_s: Array
+    acceleration_enu_m_s2: Array
+    integral_m_s2: Array
+    yaw_enu_rad: float
+
+
+def at_rest(position_enu_m: Array, yaw_enu_rad: float) -> Reference:
+    """A reference that stands still."""
+    return Reference(position_enu_m.copy(), np.zeros(3), np.zeros(3), np.zeros(3), yaw_enu_rad)
+
+
+def limited(vector: Array, length: float) -> Array:
+    """The vector, shortened to at most `length`."""
+    size = math.sqrt(float(vector @ vector))
+    return vector if size <= length else vector * (length / size)
+
+
+def seek(error_m: Array, speed_m_s: float, acceleration_m_s2: float) -> Array:
+    """Velocity towards a point from which one can still stop in time: linear near it, square root further away."""
+    distance = math.sqrt(float(error_m @ error_m))
+    if distance < 1e-9:
+        return np.zeros_like(error_m)
+    speed = min(speed_m_s, distance * POSITION_GAIN_1_S, math.sqrt(acceleration_m_s2 * distance))
+    return error_m * (speed / distance)
+
+
+def shape(velocity: Array, acceleration: Array, wanted: Array, limits: tuple[float, float], step_s: float) -> tuple[Array, Array]:
+    """Velocity and acceleration one step later, on the way to a wanted velocity.
+
+    Args:
+        velocity, acceleration, wanted: vectors of the same length.
+        limits: acceleration and jerk.
+        step_s: length of the step.
+    """
+    most, jerk = limits
+    error = wanted - velocity
+    size = math.sqrt(float(error @ error))
+    gain = min(SHAPING_GAIN_1_S, math.sqrt(2.0 * jerk / max(size, 1e-9)), most / max(size, 1e-9))
+    acceleration = acceleration + limited(gain * error - acceleration, jerk * step_s)
+    return velocity + acceleration * step_s, acceleration
+
+
+def wanted_velocity(target: Target, position_enu_m: Array, limits: Limits) -> Array:
+    """The target as a velocity within the limits, (3,)."""
+    wanted = np.array(target.velocity_enu_m_s)
+    if target.east_north_m is not None:
+        error = np.array(target.east_north_m) - position_enu_m[:2]
+        wanted[:2] += seek(error, limits.speed_m_s, limits.acceleration_m_s2)
+    if target.altitude_m is not None:
+        climb = target.climb_acceleration_m_s2 or limits.climb_acceleration_m_s2
+        wanted[2] += seek(np.array([target.altitude_m - position_enu_m[2]]), limits.climb_m_s, climb)[0]
+    wanted[:2] = limited(wanted[:2], limits.speed_m_s)
+    wanted[2] = min(max(wanted[2], -limits.descent_m_s), limits.climb_m_s)
+    return wanted
+
+
+def advance(reference: Reference, target: Target, position_enu_m: Array, limits: Limits, step_s: float) -> Reference:
+    """The reference one step later; it never runs further than a leash ahead of the craft."""
+    wanted = wanted_velocity(target, reference.position_enu_m, limits)
+    climb = target.climb_acceleration_m_s2 or limits.climb_acceleration_m_s2
+    velocity, acceleration = np.empty(3), np.empty(3)
+    for axes, most in ((slice(0, 2), limits.acceleration_m_s2), (slice(2, 3), climb)):
+        velocity[axes], acceleration[axes] = shape(
+            reference.velocity_enu_m_s[axes], reference.acceleration_enu_m_s2[axes], wanted[axes],
+            (most, limits.jerk_m_s3), step_s,
+        )
+    ahead = limited(reference.position_enu_m + velocity * step_s - position_enu_m, REFERENCE_LEASH_M)
+    return Reference(position_enu_m + ahead, velocity, acceleration, reference.integral_m_s2, _turned(reference, target, step_s))
+
+
+def _turned(reference: Reference, target: Target, step_s: float) -> float:
+    rate = target.yaw_rate_rad_s
+    if target.yaw_enu_rad is not None:
+        rate = wrap_rad(target.yaw_enu_rad - reference.yaw_enu_rad) / step_s
+    rate = min(max(rate, -YAW_RATE_LIMIT_RAD_S), YAW_RATE_LIMIT_RAD_S)
+    return wrap_rad(reference.yaw_enu_rad + rate * step_s)
+
+
+def thrust_acceleration(
+    reference: Reference, position_enu_m: Array, velocity_enu_m_s: Array, step_s: float,
+) -> tuple[Array, Reference]:
+    """Mass-normalised thrust wanted, (3,), gravity included, and the reference with its integral updated."""
+    velocity = reference.velocity_enu_m_s + POSITION_GAIN_1_S * (reference.position_enu_m - position_enu_m)
+    error = velocity - velocity_enu_m_s
+    integral = limited(reference.integral_m_s2 + INTEGRAL_GAIN_1_S2 * error * step_s, INTEGRAL_LIMIT_M_S2)
+    thrust = reference.acceleration_enu_m_s2 + VELOCITY_GAIN_1_S * error + integral
+    thrust[2] = min(max(thrust[2] + GRAVITY_M_S2, 0.2 * GRAVITY_M_S2), 1.8 * GRAVITY_M_S2)
+    thrust[:2] = limited(thrust[:2], thrust[2] * math.tan(TILT_LIMIT_RAD))
+    return thrust, reference._replace(integral_m_s2=integral)
+
+
+def attitude(thrust_m_s2: Array, yaw_enu_rad: float) -> Array:
+    """Quaternion [i, j, k, w] that points the rotors along the thrust and the nose along the yaw."""
+    up = thrust_m_s2 / math.sqrt(float(thrust_m_s2 @ thrust_m_s2))
+    # Tilt from vertical by the shortest turn, after the yaw: q = tilt * yaw, and the nose keeps the yaw for tilts below 90 degrees.
+    tilt = np.array([-up[1], up[0], 0.0, 1.0 + up[2]])
+    tilt /= math.sqrt(float(tilt @ tilt))
+    sin, cos = math.sin(yaw_enu_rad / 2), math.cos(yaw_enu_rad / 2)
+    i, j, _, w = tilt
+    return np.array([i * cos + j * sin, j * cos - i * sin, w * sin, w * cos])

@@ -1,0 +1,116 @@
+"""What each mode flies: mode, setpoint and simulated time -> a target for the motion control."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from advise_ros.sim.control import Target
+from advise_ros.sim.modes import Mode
+from advise_ros.sim.quadcopter import State
+from advise_ros.sim.setpoints import Setpoint
+
+SPOOL_UP_S = 1.6
+TAKEOFF_ACCELERATION_M_S2 = 1.0
+TAKEOFF_REACHED_M = 0.1
+LAND_M_S = 0.5
+LAND_SLOWLY_BELOW_M = 10.0
+LAND_FAST_M_S = 1.5
+RTL_ALTITUDE_M = 15.0
+RTL_LOITER_S = 5.0
+ARRIVED_M = 0.5
+HOME = (0.0, 0.0)
+
+HOLD = Target()
+
+
+@dataclass
+class Flight:
+    """The flying half of the autopilot; the other half decides whether it may fly at all."""
+
+    timeout_s: float = 3.0
+    mode: Mode = Mode.STABILIZE
+    home_m: tuple[float, float] = HOME
+    takeoff_to_m: float | None = field(default=None, init=False)
+    _lift_at_s: float = field(default=0.0, init=False)
+    _setpoint: tuple[Setpoint, float] | None = field(default=None, init=False)
+    _climbed: bool = field(default=False, init=False)
+    _arrived_at_s: float | None = field(default=None, init=False)
+
+    def enter(self, mode: Mode) -> None:
+        """Change the mode; what the old one was doing is forgotten."""
+        self.mode = mode
+        self.forget()
+
+    def forget(self) -> None:
+        """Back to the start of the mode: no take-off, no setpoint."""
+        self.takeoff_to_m, self._setpoint, self._arrived_at_s, self._climbed = None, None, None, False
+
+    def take_off(self, altitude_m: float, now_s: float) -> None:
+        """Climb to an altitude above home once the motors have spooled up."""
+        self.forget()
+        self.takeoff_to_m, self._lift_at_s = altitude_m, now_s + SPOOL_UP_S
+
+    def follow(self, setpoint: Setpoint, now_s: float) -> None:
+        """Take a setpoint; it ends a take-off, as in ArduCopter."""
+        self.takeoff_to_m, self._setpoint = None, (setpoint, now_s)
+
+    def target(self, state: State, now_s: float) -> Target | None:
+        """What to fly at this instant; None while the motors still spool up."""
+        if self.mode is Mode.GUIDED:
+            return self._guided(state, now_s)
+        if self.mode is Mode.LAND:
+            return _descend(state)
+        if self.mode is Mode.RTL:
+            return self._return(state, now_s)
+        return HOLD  # LOITER, BRAKE, and STABILIZE with its sticks centred
+
+    def _guided(self, state: State, now_s: float) -> Target | None:
+        if self.takeoff_to_m is not None:
+            return self._climb(state, now_s)
+        if self._setpoint is None:
+            return HOLD
+        setpoint, received_s = self._setpoint
+        if setpoint.position_enu_m is not None:
+            return _seek(setpoint)
+        stale = now_s - received_s > self.timeout_s
+        if stale or setpoint.velocity_enu_m_s is None:
+            return HOLD
+        return Target(setpoint.velocity_enu_m_s, yaw_enu_rad=setpoint.yaw_enu_rad, yaw_rate_rad_s=setpoint.yaw_rate_enu_rad_s)
+
+    def _climb(self, state: State, now_s: float) -> Target | None:
+        altitude = self.takeoff_to_m
+        assert altitude is not None
+        if now_s < self._lift_at_s:
+            return None
+        target = Target(altitude_m=altitude, climb_acceleration_m_s2=TAKEOFF_ACCELERATION_M_S2)
+        if abs(state.altitude_m - altitude) < TAKEOFF_REACHED_M:
+            self.takeoff_to_m = None
+            east, north, _ = (float(part) for part in state.reference.position_enu_m)
+            self._setpoint = Setpoint(position_enu_m=(east, north, altitude)), now_s
+        return target
+
+    def _return(self, state: State, now_s: float) -> Target | None:
+        """Climb, fly home, wait, then land."""
+        if not self._climbed:
+            self._climbed = state.altitude_m > RTL_ALTITUDE_M - ARRIVED_M
+            return Target(altitude_m=RTL_ALTITUDE_M)
+        east, north = (float(part) for part in state.position_enu_m[:2])
+        near = abs(east - self.home_m[0]) < ARRIVED_M and abs(north - self.home_m[1]) < ARRIVED_M
+        if near and self._arrived_at_s is None:
+            self._arrived_at_s = now_s
+        if self._arrived_at_s is not None and now_s - self._arrived_at_s > RTL_LOITER_S:
+            return _descend(state, self.home_m)
+        return Target(east_north_m=self.home_m)
+
+
+def _seek(setpoint: Setpoint) -> Target:
+    assert setpoint.position_enu_m is not None
+    east, north, up = setpoint.position_enu_m
+    return Target(
+        setpoint.velocity_enu_m_s or (0.0, 0.0, 0.0), (east, north), up, setpoint.yaw_enu_rad, setpoint.yaw_rate_enu_rad_s,
+    )
+
+
+def _descend(state: State, over_m: tuple[float, float] | None = None) -> Target:
+    speed = LAND_M_S if state.altitude_m < LAND_SLOWLY_BELOW_M else LAND_FAST_M_S
+    return Target((0.0, 0.0, -speed), east_north_m=over_m)

@@ -1,0 +1,54 @@
+"""How many ticks are due: simulated time follows steady time at a given speed. Pure: steady time comes in as a number."""
+
+from __future__ import annotations
+
+NS = 1_000_000_000
+MAX_DEBT_NS = NS // 4
+WINDOW_NS = 2 * NS
+
+
+class Pacer:
+    """Ticks due at a steady time, and the speed that was really reached.
+
+    What the machine cannot do in time is given up after a quarter of a second, so simulated time runs
+    slower than asked for, and `falls_behind` says so; it never jumps.
+    """
+
+    def __init__(self, speedup: float, step_ns: int) -> None:
+        self.speedup = speedup
+        self._step_ns = step_ns
+        self._anchor: tuple[int, int] | None = None
+        self._done = 0
+        self._window: tuple[int, int] | None = None
+        self.achieved: float | None = None
+        self._lost_ns = 0
+        self.falls_behind = False
+
+    def due(self, steady_ns: int) -> int:
+        """Ticks to do now; with speedup 0 always one more."""
+        self._measure(steady_ns)
+        if self.speedup == 0.0:
+            return 1
+        if self._anchor is None:
+            self._anchor = (steady_ns, self._done)
+        since_ns, since_done = self._anchor
+        debt = int((steady_ns - since_ns) * self.speedup) // self._step_ns + since_done - self._done
+        debt_ns = int(debt * self._step_ns / self.speedup)
+        if debt_ns > MAX_DEBT_NS:
+            self._anchor = (steady_ns, self._done)
+            self._lost_ns += debt_ns
+            return 1
+        return debt
+
+    def did(self, ticks: int) -> None:
+        """Count ticks that were done."""
+        self._done += ticks
+
+    def _measure(self, steady_ns: int) -> None:
+        if self._window is None:
+            self._window = (steady_ns, self._done)
+        since_ns, since_done = self._window
+        if steady_ns - since_ns >= WINDOW_NS:
+            self.achieved = (self._done - since_done) * self._step_ns / (steady_ns - since_ns)
+            self.falls_behind = self.speedup > 0.0 and self.achieved < 0.97 * self.speedup
+            self._window = (steady_ns, self._done)

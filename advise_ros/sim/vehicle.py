@@ -1,0 +1,201 @@
+"""The vehicle as ArduCopter runs it: readiness, arming, modes, take-off, landing, disarming.
+
+A state machine in simulated time without messages: methods return an Outcome, `step` moves one tick.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from advise_ros.config import SimulatorConfig
+from advise_ros.sim.battery import Battery
+from advise_ros.sim.control import Limits, Target
+from advise_ros.sim.flight import Flight
+from advise_ros.sim.modes import ARMABLE, DESCENDING, Mode, known
+from advise_ros.sim.quadcopter import Quadcopter, State
+from advise_ros.sim.setpoints import Setpoint
+from advise_ros.sim.wind import Wind
+
+NS = 1_000_000_000
+DISARM_DELAY_S = 10.0
+LANDED_AFTER_S = 1.0
+AIRBORNE_M = 0.1
+DESCENDING_M_S = -0.1
+# A local position arrives well before the vehicle may be armed: it is no sign of readiness.
+POSITION_SHARE, FILTER_SHARE = 0.55, 0.9
+
+
+class Outcome(NamedTuple):
+    """Whether a request was taken, and the words for a person if there are any."""
+
+    accepted: bool
+    text: str = ''
+
+
+DONE = Outcome(accepted=True)
+
+
+class Vehicle:
+    """One simulated vehicle. `rng` gives two numbers a tick, flying or not."""
+
+    def __init__(self, config: SimulatorConfig, rng: np.random.Generator) -> None:
+        self._config = config
+        self._rng = rng
+        self._step_ns = round(config.step_s * NS)
+        self._quadcopter = Quadcopter(
+            limits=Limits(speed_m_s=config.max_speed_m_s, acceleration_m_s2=config.acceleration_m_s2),
+            wind=Wind((config.wind_east_m_s, config.wind_north_m_s), config.gust_m_s),
+            step_s=config.step_s,
+        )
+        self.now_ns = 0
+        self.state: State = self._quadcopter.parked(config.start_east_m, config.start_north_m)
+        self.flight = Flight(timeout_s=config.guided_timeout_s, home_m=(config.start_east_m, config.start_north_m))
+        self.battery = Battery(config.battery_s)
+        self.armed = False
+        self.airborne = False
+        self._idle_since_s = 0.0
+        self._contact_since_s: float | None = None
+        self._texts: list[str] = []
+
+    @property
+    def now_s(self) -> float:
+        """Simulated time since boot."""
+        return self.now_ns / NS
+
+    @property
+    def mode(self) -> Mode:
+        return self.flight.mode
+
+    @property
+    def ready(self) -> bool:
+        """May be armed."""
+        return self.now_s >= self._config.ready_after_s
+
+    @property
+    def has_position(self) -> bool:
+        """Sends a position, which is not yet good enough to fly by."""
+        return self.now_s >= POSITION_SHARE * self._config.ready_after_s
+
+    @property
+    def filter_settled(self) -> bool:
+        """The state estimate is complete; the other checks may still take a while."""
+        return self.now_s >= FILTER_SHARE * self._config.ready_after_s
+
+    def take_texts(self) -> list[str]:
+        """What the vehicle has said since the last call."""
+        texts, self._texts = self._texts, []
+        return texts
+
+    def arm(self, *, force: bool = False) -> Outcome:
+        """Start the motors; arming what is armed is accepted."""
+        if self.armed:
+            return DONE
+        if self.battery.remaining <= 0.0:
+            return Outcome(False, 'Arm: the battery is empty')
+        if not self.ready and not force:
+            return Outcome(False, f'Arm: {self._missing()}')
+        if self.mode not in ARMABLE:
+            return Outcome(False, f'Arm: mode {self.mode.name} cannot be armed in')
+        self.armed, self._idle_since_s = True, self.now_s
+        self.flight.forget()
+        return Outcome(True, 'Arming motors')
+
+    def _missing(self) -> str:
+        if not self.has_position:
+            return 'still waiting for a satellite fix'
+        return 'pre-arm checks still running' if self.filter_settled else 'state estimate not settled yet'
+
+    def disarm(self, *, force: bool = False) -> Outcome:
+        """Stop the motors; in the air only by force, and then it falls."""
+        if self.airborne and not force:
+            return Outcome(False, 'Disarm: still in the air')
+        self._disarm()
+        return DONE
+
+    def _disarm(self) -> None:
+        if self.armed:
+            self._texts.append('Disarming motors')
+        self.armed = False
+        self.flight.forget()
+
+    def set_mode(self, number: int) -> Outcome:
+        """Change the flight mode."""
+        mode = known(number)
+        if mode is None:
+            return Outcome(False, f'Mode {number} is not simulated; known: {", ".join(f"{m.name} {m.value}" for m in Mode)}')
+        if mode is not self.mode:
+            self.flight.enter(mode)
+        return DONE
+
+    def take_off(self, altitude_m: float) -> Outcome:
+        """Climb to an altitude above the ground; only in GUIDED, armed and on the ground."""
+        if self.mode is not Mode.GUIDED:
+            return Outcome(False, f'Takeoff: mode is {self.mode.name}, not GUIDED')
+        if not self.armed:
+            return Outcome(False, 'Takeoff: not armed')
+        if self.airborne:
+            return Outcome(False, 'Takeoff: already in the air')
+        if not altitude_m > 0.0:
+            return Outcome(False, 'Takeoff: altitude must be above the ground')
+        self.flight.take_off(altitude_m, self.now_s)
+        return DONE
+
+    def follow(self, setpoint: Setpoint) -> None:
+        """A setpoint counts in GUIDED while flying or taking off; otherwise it is ignored without a word."""
+        taking_off = self.flight.takeoff_to_m is not None
+        if self.armed and self.mode is Mode.GUIDED and (self.airborne or taking_off):
+            if taking_off and not self.airborne:
+                self.flight.forget()
+                self._idle_since_s = self.now_s
+            else:
+                self.flight.follow(setpoint, self.now_s)
+
+    def step(self) -> None:
+        """One tick of simulated time."""
+        noise = self._rng.standard_normal(2)
+        self.now_ns += self._step_ns
+        target = self._target()
+        self.state = self._quadcopter.step(self.state, target, noise)
+        self.battery = self.battery.after(self._config.step_s, armed=self.armed, airborne=self.airborne)
+        self._watch_ground(target)
+        self._watch_battery()
+
+    def _target(self) -> Target | None:
+        if not self.armed:
+            return None
+        if self.airborne or self.flight.takeoff_to_m is not None:
+            return self.flight.target(self.state, self.now_s)
+        return None
+
+    def _watch_ground(self, target: Target | None) -> None:
+        if self.state.altitude_m > AIRBORNE_M:
+            self.airborne, self._contact_since_s, self._idle_since_s = True, None, self.now_s
+        elif self.airborne and self.state.touches_ground:
+            self._touch(target)
+        elif self.armed and not self.airborne:
+            self._idle()
+
+    def _touch(self, target: Target | None) -> None:
+        if target is not None and target.velocity_enu_m_s[2] > DESCENDING_M_S and target.altitude_m is None:
+            self._contact_since_s = None
+            return
+        if self._contact_since_s is None:
+            self._contact_since_s = self.now_s
+        if self.now_s - self._contact_since_s >= LANDED_AFTER_S:
+            self.airborne, self._contact_since_s, self._idle_since_s = False, None, self.now_s
+            self.flight.forget()
+            if self.mode in DESCENDING:
+                self._disarm()
+
+    def _idle(self) -> None:
+        if self.flight.takeoff_to_m is not None:
+            self._idle_since_s = self.now_s
+        elif self.mode in DESCENDING or self.now_s - self._idle_since_s >= DISARM_DELAY_S:
+            self._disarm()
+
+    def _watch_battery(self) -> None:
+        if self.battery.remaining <= 0.0 and self.armed and self.mode is not Mode.LAND:
+            self._texts.append('Battery empty: landing')
+            self.set_mode(Mode.LAND)
