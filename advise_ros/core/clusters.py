@@ -1,0 +1,65 @@
+"""STATECLUSTERING of algorithm 1: k-means over the demonstrator's action distributions (section 3.2)."""
+
+from __future__ import annotations
+
+import numpy as np
+from sklearn.cluster import KMeans
+
+from advise_ros.core.grid import Grid
+from advise_ros.core.mdp import occurring
+from advise_ros.core.numerics import Floats, Ints
+
+NO_CLUSTER = -1
+# Equal shares must be equal points whatever the last bits of a division are.
+DECIMALS = 9
+
+
+def cluster_states(grid: Grid, distribution: Floats, features: float, clusters: int, seed: int) -> Ints:
+    """The cluster of each state.
+
+    Args:
+        grid: the grid of the states.
+        distribution: (n, n_actions) smoothed action distributions.
+        features: weight of position and waypoint beside the distribution; 0: the paper's state id only.
+        clusters: k; fewer where there are fewer distinct points.
+        seed: of k-means++.
+
+    Returns:
+        (n,) labels, numbered by the lowest state of each cluster; NO_CLUSTER for states in which no flight acts.
+    """
+    states = np.flatnonzero(occurring(grid))
+    labels = np.full(grid.n_states, NO_CLUSTER)
+    points = distribution[states]
+    if features > 0.0:
+        points = np.hstack([points, features * structure(grid)[states]])
+    labels[states] = canonical(k_means(points, clusters, seed))
+    return labels
+
+
+def structure(grid: Grid) -> Floats:
+    """(n, 2 + n_layers): east and north in units of the grid's size, and the next waypoint.
+
+    Two states that differ in the waypoint alone are as far apart as two opposite borders.
+    """
+    cells = np.tile(np.arange(grid.n_cells), grid.n_layers)
+    layers = np.repeat(np.arange(grid.n_layers), grid.n_cells)
+    east, north = cells % grid.width / max(1, grid.width - 1), cells // grid.width / max(1, grid.height - 1)
+    waypoint = np.eye(grid.n_layers)[layers] / np.sqrt(2.0)
+    return np.column_stack([east, north, waypoint])
+
+
+def k_means(points: Floats, k: int, seed: int) -> Ints:
+    """Cluster of each point; equal points share one, so no cluster is empty."""
+    distinct, which, weight = np.unique(points.round(DECIMALS), axis=0, return_inverse=True, return_counts=True)
+    if len(distinct) <= k:
+        return which
+    fitted = KMeans(k, n_init=10, random_state=seed).fit(distinct, sample_weight=weight)
+    return np.asarray(fitted.labels_[which], dtype=np.int64)
+
+
+def canonical(labels: Ints) -> Ints:
+    """The same clusters, numbered in the order of their first members."""
+    _, first, which = np.unique(labels, return_index=True, return_inverse=True)
+    rank = np.empty(len(first), dtype=np.int64)
+    rank[np.argsort(first)] = np.arange(len(first))
+    return rank[which]

@@ -1,0 +1,54 @@
+"""What the answers say together about each state, and which of them cannot both hold."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from advise_ros.core.advice import AdviceRecord, Answer, Verdict, active
+from advise_ros.core.program import Preference
+
+
+def advice_in(log: tuple[AdviceRecord, ...]) -> tuple[AdviceRecord, ...]:
+    """The records that hold and prefer something: no skips, no retractions."""
+    return tuple(record for record in active(log) if record.verdict is Verdict.ANSWER)
+
+
+def preferences(records: Iterable[AdviceRecord]) -> dict[int, Preference]:
+    """What the records say about each state that they cover, in any order of the records."""
+    preferred: dict[int, set[int]] = {}
+    pairs: dict[int, set[tuple[int, int]]] = {}
+    for record in records:
+        for state in record.states:
+            preferred.setdefault(state, set()).update(record.preferred)
+            pairs.setdefault(state, set()).update((a, b) for a in record.preferred for b in record.avoided)
+    return {s: Preference(tuple(sorted(preferred[s])), tuple(sorted(pairs[s]))) for s in sorted(preferred)}
+
+
+def opposed(one: AdviceRecord | Answer, other: AdviceRecord | Answer) -> bool:
+    """Whether one prefers an action that the other avoids."""
+    return bool(set(one.preferred) & set(other.avoided) or set(one.avoided) & set(other.preferred))
+
+
+def against(answer: Answer, states: tuple[int, ...], records: Iterable[AdviceRecord]) -> tuple[int, ...]:
+    """Advice ids of the records that share a state with the answer and oppose it, ascending."""
+    asked = set(states)
+    return tuple(sorted(r.advice_id for r in records if opposed(answer, r) and not asked.isdisjoint(r.states)))
+
+
+def among(records: tuple[AdviceRecord, ...], slack_states: Iterable[int]) -> tuple[int, ...]:
+    """Advice ids that contradict one another, ascending.
+
+    Args:
+        records: the advice that holds.
+        slack_states: states whose advice no reward satisfies together with the rest.
+    """
+    found: set[int] = set()
+    for record in records:
+        partners = against(Answer(0, 0, record.preferred, record.avoided), record.states, records)
+        if partners:
+            found |= {record.advice_id, *partners}
+    for state in slack_states:
+        covering = [record for record in records if state in record.states]
+        if not any(opposed(a, b) for a in covering for b in covering):
+            found |= {record.advice_id for record in covering}
+    return tuple(sorted(found))

@@ -1,0 +1,83 @@
+"""IRL of algorithm 1: the reward that explains demonstrations and advice, and the policy that follows from it."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from advise_ros.core import contradictions, reference, solve
+from advise_ros.core.advice import AdviceRecord
+from advise_ros.core.errors import InputError
+from advise_ros.core.learn_settings import LearnSettings
+from advise_ros.core.mdp import Mdp, boltzmann, greedy, plan
+from advise_ros.core.numerics import Floats, Ints
+from advise_ros.core.program import Evidence, Problem, Solution, pose
+
+SOLVERS = {'highs': solve.solve, 'cvxpy': reference.solve}
+# More slack than this share of delta is advice not met, less is the solver's tolerance.
+SLACK_SHARE = 1e-3
+
+
+class Inferred(NamedTuple):
+    """What the evidence says.
+
+    Attributes:
+        reward, value: (n,) learnt reward and its optimal value.
+        q: (n, n_actions).
+        greedy: (n,) best actions, ties to the lowest.
+        probabilities: (n, n_actions) Boltzmann policy.
+        objective: of equation (1).
+        unmet: states whose advice the reward does not satisfy, ascending.
+        contradictions: ids of answers that cannot all hold, ascending.
+    """
+
+    reward: Floats
+    value: Floats
+    q: Floats
+    greedy: Ints
+    probabilities: Floats
+    objective: float
+    unmet: Ints
+    contradictions: tuple[int, ...]
+
+
+def infer(mdp: Mdp, favourite: Ints, records: tuple[AdviceRecord, ...], settings: LearnSettings) -> Inferred:
+    """Solve equation (1), then plan with its reward.
+
+    Args:
+        mdp: the process.
+        favourite: (n,) a*, -1 without a demonstration.
+        records: the advice that holds.
+        settings: constants and readings.
+
+    Raises:
+        InputError: strict advice (slack_cost 0) that contradicts itself.
+    """
+    problem = pose(mdp, Evidence(favourite, contradictions.preferences(records)), settings.terms)
+    try:
+        solution = SOLVERS[settings.solver](problem)
+    except solve.InfeasibleError:
+        raise InputError(_refusal(contradictory(problem, records))) from None
+    unmet = slack_states(problem, solution)
+    value, q = plan(mdp, solution.reward, solution.value)
+    return Inferred(
+        solution.reward, value, q, greedy(q), boltzmann(q, settings.temperature), solution.objective, unmet,
+        contradictory(problem, records) if len(unmet) else contradictions.among(records, ()),
+    )
+
+
+def slack_states(problem: Problem, solution: Solution) -> Ints:
+    """The advised states with slack."""
+    return problem.advised[solution.slack > SLACK_SHARE * max(problem.terms.delta, SLACK_SHARE)]
+
+
+def contradictory(problem: Problem, records: tuple[AdviceRecord, ...]) -> tuple[int, ...]:
+    """Advice ids that contradict one another: what has slack even when the demonstrations ask for nothing."""
+    alone = problem._replace(
+        terms=problem.terms._replace(lambda_t=0.0, slack_cost=problem.terms.slack_cost or 2.0 * problem.terms.lambda_a + 1.0)
+    )
+    return contradictions.among(records, slack_states(problem, solve.solve(alone)).tolist())
+
+
+def _refusal(ids: tuple[int, ...]) -> str:
+    named = ' and '.join(map(str, ids)) or 'given'
+    return f'answers {named} cannot hold together and slack_cost is 0 (strict); take one back or allow slack'

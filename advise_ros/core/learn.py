@@ -1,0 +1,155 @@
+"""ADVISE (algorithm 1) as one pure function: demonstrations and answers in, policy and next question out."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from advise_ros.core.advice import AdviceRecord, Query
+from advise_ros.core.clusters import cluster_states
+from advise_ros.core.contradictions import advice_in
+from advise_ros.core.counts import count
+from advise_ros.core.demonstration import Demonstration
+from advise_ros.core.digest import digest, evidence, map_of
+from advise_ros.core.errors import InputError
+from advise_ros.core.grid import Grid
+from advise_ros.core.infer import Inferred, infer
+from advise_ros.core.learn_settings import LearnSettings
+from advise_ros.core.mdp import mdp_of
+from advise_ros.core.numerics import Floats, Ints
+from advise_ros.core.queries import Numbering, Situation, next_query
+from advise_ros.core.uncertainty import uncertainty
+
+__all__ = ['LearnSettings', 'Learned', 'learn']
+
+
+@dataclass(frozen=True)
+class Learned:
+    """What was learnt from the first `n_demonstrations` and the first `log_length` entries of the log.
+
+    Attributes:
+        version: of the policy, counts up from 1 in a session.
+        greedy: (n,) uint8 action of each state.
+        probabilities: (n, n_actions) Boltzmann policy of equation (3).
+        reward, value: (n,) learnt reward and its optimal value.
+        q: (n, n_actions).
+        clusters: (n,) labels, -1 for states in which no flight acts (the end, and a waypoint already reached).
+        state_uncertainty: (n,) U_s [nat].
+        demonstrated: (n, n_actions) smoothed action distributions.
+        visits: (n,) demonstrated actions in each state.
+        query: the next question, None when nothing is open or the budget is spent.
+        contradictions: advice ids of answers that cannot all hold, ascending.
+        unmet: states whose advice the reward does not satisfy (slack), ascending.
+        objective: of equation (1).
+        digest: sha256 of grid, settings, demonstrations, advice, greedy actions, clusters and query states.
+
+    All arrays are read-only.
+    """
+
+    grid: Grid
+    settings: LearnSettings
+    version: int
+    n_demonstrations: int
+    log_length: int
+    greedy: npt.NDArray[np.uint8]
+    probabilities: Floats
+    reward: Floats
+    value: Floats
+    q: Floats
+    clusters: Ints
+    state_uncertainty: Floats
+    demonstrated: Floats
+    visits: Ints
+    query: Query | None
+    contradictions: tuple[int, ...]
+    unmet: tuple[int, ...]
+    objective: float
+    digest: str
+
+    def __post_init__(self) -> None:
+        for part in vars(self).values():
+            if isinstance(part, np.ndarray):
+                part.setflags(write=False)
+
+
+def learn(
+    grid: Grid,
+    settings: LearnSettings,
+    demonstrations: tuple[Demonstration, ...],
+    log: tuple[AdviceRecord, ...],
+    *,
+    version: int = 1,
+    next_query_id: int = 1,
+    budget: int = -1,
+) -> Learned:
+    """Reward, policy and next question.
+
+    Neither the order of the demonstrations nor that of the answers matters, and an answer that was taken back
+    leaves no trace (but in `log_length`).
+
+    Args:
+        grid: states and actions.
+        settings: constants and readings.
+        demonstrations: at least one.
+        log: the advice log.
+        version: number of the policy.
+        next_query_id: number of the next query.
+        budget: answers that the person is willing to give, -1 unlimited.
+
+    Raises:
+        InputError: no demonstrations, one on another grid, or strict advice (slack_cost 0) that contradicts itself.
+    """
+    check_demonstrations(grid, demonstrations)
+    counts = count(grid, demonstrations)
+    mdp = mdp_of(grid, settings.slip, settings.gamma)
+    demonstrated = counts.distribution(settings.laplace)
+    advice = advice_in(log)
+    inferred = infer(mdp, counts.favourite(), advice, settings)
+    unsure = uncertainty(demonstrated, inferred.probabilities, settings.w_p)
+    clusters = cluster_states(grid, demonstrated, settings.cluster_features, settings.clusters, settings.seed)
+    situation = Situation(grid, settings, mdp, counts, demonstrated, inferred, unsure, clusters)
+    query = next_query(situation, log, Numbering(version, next_query_id, budget))
+    return Learned(
+        grid=grid,
+        settings=settings,
+        version=version,
+        n_demonstrations=len(demonstrations),
+        log_length=len(log),
+        greedy=inferred.greedy.astype(np.uint8),
+        probabilities=inferred.probabilities,
+        reward=inferred.reward,
+        value=inferred.value,
+        q=inferred.q,
+        clusters=clusters,
+        state_uncertainty=unsure.state,
+        demonstrated=demonstrated,
+        visits=counts.visits,
+        query=query,
+        contradictions=inferred.contradictions,
+        unmet=tuple(inferred.unmet.tolist()),
+        objective=inferred.objective,
+        digest=digest(map_of(grid), asdict(settings), evidence(demonstrations, advice), _decisions(inferred, clusters, query)),
+    )
+
+
+def check_demonstrations(grid: Grid, demonstrations: tuple[Demonstration, ...]) -> None:
+    """Whether there is something to learn from.
+
+    Raises:
+        InputError: no demonstrations, or one on another grid.
+    """
+    if not demonstrations:
+        raise InputError('there is no demonstration yet; fly or load at least one')
+    for demonstration in demonstrations:
+        if demonstration.grid != grid:
+            raise InputError(
+                f"demonstration '{demonstration.demonstration_id}' lies on another grid "
+                f'({demonstration.grid.width} x {demonstration.grid.height} cells, '
+                f'{demonstration.grid.n_layers} waypoints); use the same grid file for recorder and learner'
+            )
+
+
+def _decisions(inferred: Inferred, clusters: Ints, query: Query | None) -> list[object]:
+    return [inferred.greedy.tolist(), clusters.tolist(), list(query.states) if query else None]

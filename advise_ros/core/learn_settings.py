@@ -1,0 +1,38 @@
+"""What learning depends on beside the grid and the evidence."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from advise_ros.core.program import Terms
+
+
+@dataclass(frozen=True)
+class LearnSettings:
+    """Constants and readings of the method; meanings and ranges are those of `config.AdviseConfig`."""
+
+    reading: str = 'replace'
+    lambda_t: float = 1000.0
+    lambda_a: float = 500.0
+    r_max: float = 1.0
+    delta: float = 0.1
+    margin_cap: float = 0.2
+    slack_cost: float = 1000.0
+    gamma: float = 0.95
+    clusters: int = 10
+    cluster_features: float = 0.0
+    laplace: float = 1.0
+    temperature: float = 1.0
+    w_p: float = 0.5
+    cluster_score: str = 'mean'
+    acquisition: str = 'paper'
+    slip: float = 0.0
+    solver: str = 'highs'
+    seed: int = 0
+
+    @property
+    def terms(self) -> Terms:
+        """The constants of the linear program."""
+        return Terms(
+            self.reading, self.lambda_t, self.lambda_a, self.r_max, self.delta, self.margin_cap, self.slack_cost
+        )

@@ -1,0 +1,75 @@
+"""A query in one or two plain sentences for the person who flew."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from advise_ros.core.grid import N_ACTIONS, Action, Grid
+from advise_ros.core.numerics import Ints
+
+
+class Asked(NamedTuple):
+    """What the sentence is about.
+
+    Attributes:
+        states: (m,) ascending.
+        taken: (m, n_actions) how often each action was taken there.
+        greedy: (m,) what the drone would do.
+    """
+
+    states: Ints
+    taken: Ints
+    greedy: Ints
+
+
+def question(grid: Grid, asked: Asked, laplace: float) -> str:
+    """E.g. 'In 5 cells on the way to waypoint 2 (columns 1-3, rows 0-1) you flew EAST 48 %, NORTH 40 %; ...'."""
+    return (
+        f'{_where(grid, asked.states)} {_flown(asked.taken)}; the drone would fly {_would(asked.greedy)}. '
+        f'{_why(asked.taken, laplace)} Which direction is right there, and which is wrong?'
+    )
+
+
+def _where(grid: Grid, states: Ints) -> str:
+    cells, layers = states % grid.n_cells, np.unique(states // grid.n_cells) + 1
+    where = 'In 1 cell' if len(states) == 1 else f'In {len(states)} cells'
+    columns, rows = _span('column', cells % grid.width), _span('row', cells // grid.width)
+    return f'{where} on the way to {_waypoints([int(layer) for layer in layers])} ({columns}, {rows})'
+
+
+def _waypoints(layers: list[int]) -> str:
+    if len(layers) == 1:
+        return f'waypoint {layers[0]}'
+    return f'waypoints {", ".join(map(str, layers[:-1]))} and {layers[-1]}'
+
+
+def _span(name: str, indices: Ints) -> str:
+    low, high = int(indices.min()), int(indices.max())
+    return f'{name} {low}' if low == high else f'{name}s {low}-{high}'
+
+
+def _flown(taken: Ints) -> str:
+    total = taken.sum(axis=0)
+    if not total.any():
+        return 'you never flew'
+    shares = total / total.sum()
+    ranked = [a for a in np.argsort(-shares, kind='stable') if shares[a] >= 0.1]
+    return 'you flew ' + ', '.join(f'{Action(a).name} {100 * shares[a]:.0f} %' for a in ranked)
+
+
+def _would(greedy: Ints) -> str:
+    """Directions in the order of how many states have them."""
+    counts = np.bincount(greedy, minlength=N_ACTIONS)
+    ranked = [Action(a).name for a in np.argsort(-counts, kind='stable') if counts[a]]
+    return ranked[0] if len(ranked) == 1 else f'{ranked[0]}, in some cells {" or ".join(ranked[1:])}'
+
+
+def _why(taken: Ints, laplace: float) -> str:
+    """Few visits or disagreement: whether the pseudo-counts outweigh what was seen (F mixes the two)."""
+    visits = taken.sum(axis=1)
+    if visits.mean() <= N_ACTIONS * laplace:
+        return f'It is unsure because you were seldom there ({visits.mean():.1f} moves a cell).'
+    return f'It is unsure because your moves there disagree ({visits.sum()} moves).'
+

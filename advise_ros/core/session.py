@@ -1,0 +1,258 @@
+"""One sitting with a person: demonstrations come in, questions go out, answers are told, taken back and learnt from.
+
+Knows no clock and no thread: `snapshot` says what is to be learnt, `Work.run` may be called in any thread or
+process, `adopt` takes the result.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from advise_ros.core.advice import AdviceRecord, Answer, Code, Outcome, Query, Verdict, active
+from advise_ros.core.contradictions import advice_in, against
+from advise_ros.core.demonstration import Demonstration
+from advise_ros.core.errors import InputError
+from advise_ros.core.grid import N_ACTIONS, Action, Grid
+from advise_ros.core.learn import Learned, LearnSettings, check_demonstrations, learn
+from advise_ros.core.queries import budget_left
+
+
+@dataclass(frozen=True)
+class Work:
+    """Something to learn, apart from the session that goes on meanwhile."""
+
+    grid: Grid
+    settings: LearnSettings
+    demonstrations: tuple[Demonstration, ...]
+    log: tuple[AdviceRecord, ...]
+    version: int
+    next_query_id: int
+    budget: int
+
+    def run(self) -> Learned:
+        """`learn` on the snapshot.
+
+        Raises:
+            InputError: as `learn`.
+        """
+        return learn(
+            self.grid, self.settings, self.demonstrations, self.log,
+            version=self.version, next_query_id=self.next_query_id, budget=self.budget,
+        )
+
+
+class Session:
+    """The ask / tell / undo loop.
+
+    Args:
+        grid: of every demonstration.
+        settings: of every policy.
+        budget: answers that the person is willing to give, -1 unlimited.
+    """
+
+    def __init__(self, grid: Grid, settings: LearnSettings, budget: int = -1) -> None:
+        self.grid = grid
+        self.settings = settings
+        self.budget = budget
+        self._demonstrations: tuple[Demonstration, ...] = ()
+        self._log: tuple[AdviceRecord, ...] = ()
+        self._learned: Learned | None = None
+        self._query: Query | None = None
+        self._version = 0
+        self._last_query_id = 0
+
+    # -- what is there -----------------------------------------------------------------------
+    @property
+    def demonstrations(self) -> tuple[Demonstration, ...]:
+        """All of them, in order of arrival."""
+        return self._demonstrations
+
+    @property
+    def log(self) -> tuple[AdviceRecord, ...]:
+        """Every accepted answer and retraction, in order."""
+        return self._log
+
+    @property
+    def learned(self) -> Learned | None:
+        """The newest policy, None before the first."""
+        return self._learned
+
+    @property
+    def query(self) -> Query | None:
+        """The open question; None when it is answered and the next is not learnt yet, or nothing is left to ask."""
+        return self._query
+
+    @property
+    def budget_left(self) -> int:
+        """Answers left, -1 unlimited."""
+        return budget_left(self._log, self.budget)
+
+    # -- demonstrations and learning ---------------------------------------------------------
+    def add(self, demonstration: Demonstration) -> None:
+        """One more demonstration.
+
+        Raises:
+            InputError: it lies on another grid.
+        """
+        check_demonstrations(self.grid, (demonstration,))
+        self._demonstrations += (demonstration,)
+
+    def snapshot(self) -> Work | None:
+        """What is to be learnt next; None without demonstrations or when the policy is up to date."""
+        if not self._demonstrations or self._is_newest(self._learned):
+            return None
+        return self._work(self._log)
+
+    def adopt(self, learned: Learned) -> bool:
+        """Take a result with its question; False when the session has gone on since its snapshot."""
+        if not self._is_newest(learned) or learned.version != self._version + 1:
+            return False
+        self._learned, self._version, self._query = learned, learned.version, learned.query
+        if learned.query is not None:
+            self._last_query_id = learned.query.query_id
+        return True
+
+    def _is_newest(self, learned: Learned | None) -> bool:
+        newest = (len(self._demonstrations), len(self._log))
+        return learned is not None and (learned.n_demonstrations, learned.log_length) == newest
+
+    def _work(self, log: tuple[AdviceRecord, ...]) -> Work:
+        return Work(
+            self.grid, self.settings, self._demonstrations, log, self._version + 1, self._last_query_id + 1, self.budget
+        )
+
+    # -- answers -----------------------------------------------------------------------------
+    def check(self, answer: Answer) -> Outcome:
+        """What `tell` would reply; commits nothing."""
+        refused = self._refuse_query(answer) or self._refuse_sets(answer)
+        return refused or self._weigh(answer)
+
+    def tell(self, answer: Answer) -> Outcome:
+        """Take an answer to the open question, or say why not."""
+        outcome = self.check(answer)
+        if outcome.record is not None:
+            self._append(outcome.record)
+            outcome = replace(outcome, budget_left=self.budget_left)
+        return outcome
+
+    def preview(self, answer: Answer) -> Work | Outcome:
+        """What would be learnt with an answer, or why it would be refused; commits nothing."""
+        outcome = self.check(answer)
+        return outcome if outcome.record is None else self._work((*self._log, outcome.record))
+
+    def undo(self) -> Outcome:
+        """Take the last answer that holds back."""
+        held = active(self._log)
+        if not held:
+            return self._refuse(Code.UNKNOWN_QUERY, 'there is no answer to take back')
+        return self._take_back(held[-1])
+
+    def retract(self, advice_id: int) -> Outcome:
+        """Take one earlier answer back."""
+        for record in active(self._log):
+            if record.advice_id == advice_id:
+                return self._take_back(record)
+        known = any(record.advice_id == advice_id for record in self._log)
+        reason = 'was taken back before' if known else 'was never given'
+        return self._refuse(Code.ALREADY_ANSWERED if known else Code.UNKNOWN_QUERY, f'answer {advice_id} {reason}')
+
+    def restore(self, log: tuple[AdviceRecord, ...]) -> None:
+        """Go on with the log of an earlier session, instead of this one's.
+
+        Raises:
+            InputError: a record's state or action is not on this grid.
+        """
+        for record in log:
+            if any(not 0 <= state < self.grid.n_states for state in record.states):
+                raise InputError(
+                    f'answer {record.advice_id} of the restored log names a state outside 0 to '
+                    f'{self.grid.n_states - 1}; it belongs to another grid'
+                )
+            if _invalid(record.preferred) or _invalid(record.avoided):
+                raise InputError(f'answer {record.advice_id} of the restored log names an unknown action')
+        self._log = tuple(log)
+        self._last_query_id = max((self._last_query_id, *(record.query_id for record in log)))
+        self._learned = self._query = None
+
+    # -- parts -------------------------------------------------------------------------------
+    def _append(self, record: AdviceRecord) -> None:
+        self._log += (record,)
+        self._query = None  # It is answered, or rests on an answer that was taken back.
+
+    def _take_back(self, record: AdviceRecord) -> Outcome:
+        retraction = replace(record, retracted=True)
+        self._append(retraction)
+        return Outcome(
+            True, Code.OK, f'answer {record.advice_id} is taken back', retraction, budget_left=self.budget_left
+        )
+
+    def _refuse(self, code: Code, message: str, contradicts: tuple[int, ...] = ()) -> Outcome:
+        return Outcome(False, code, message, None, contradicts, self.budget_left)
+
+    def _refuse_query(self, answer: Answer) -> Outcome | None:
+        """Why the query cannot be answered (now)."""
+        number = answer.query_id
+        if not 1 <= number <= self._last_query_id:
+            return self._refuse(Code.UNKNOWN_QUERY, f'query {number} was never asked{self._open()}')
+        if self._query is not None and number == self._query.query_id:
+            return self._refuse(Code.BUDGET_SPENT, 'the budget of answers is spent') if self._spent(answer) else None
+        if any(record.query_id == number for record in active(self._log)):
+            return self._refuse(Code.ALREADY_ANSWERED, f'query {number} was answered before{self._open()}')
+        return self._refuse(Code.STALE_QUERY, f'query {number} was replaced or taken back{self._open()}')
+
+    def _open(self) -> str:
+        return f'; query {self._query.query_id} is open' if self._query else '; no query is open now'
+
+    def _spent(self, answer: Answer) -> bool:
+        return self.budget_left == 0 and answer.verdict == Verdict.ANSWER
+
+    def _refuse_sets(self, answer: Answer) -> Outcome | None:
+        """What is wrong with the verdict or the two sets."""
+        if answer.verdict not in tuple(Verdict):
+            allowed = ', '.join(f'{v.value} {v.name}' for v in Verdict)
+            return self._refuse(Code.INVALID_VERDICT, f'verdict {answer.verdict} is unknown; allowed: {allowed}')
+        if answer.verdict != Verdict.ANSWER:
+            return None
+        if _invalid(answer.preferred) or _invalid(answer.avoided):
+            allowed = ', '.join(f'{a.value} {a.name}' for a in Action)
+            return self._refuse(Code.INVALID_ACTION, f'name each action once, out of {allowed}')
+        if not answer.preferred or not answer.avoided:
+            empty = 'preferred' if not answer.preferred else 'avoided'
+            return self._refuse(Code.EMPTY_SETS, f'no action is {empty}; name at least one on each side, or skip')
+        both = sorted(set(answer.preferred) & set(answer.avoided))
+        if both:
+            names = ', '.join(Action(a).name for a in both)
+            return self._refuse(Code.OVERLAPPING_SETS, f'{names} is preferred and avoided at once; choose one side')
+        return None
+
+    def _weigh(self, answer: Answer) -> Outcome:
+        """Accept a sound answer; when strict, only if no earlier one opposes it."""
+        assert self._query is not None
+        verdict, record = Verdict(answer.verdict), None
+        contradicts: tuple[int, ...] = ()
+        if verdict is Verdict.ANSWER:
+            contradicts = against(answer, self._query.states, advice_in(self._log))
+        opposed = f'it contradicts earlier answers: {", ".join(map(str, contradicts))}' if contradicts else ''
+        if opposed and self.settings.slack_cost == 0:
+            return self._refuse(Code.CONTRADICTION, f'{opposed}; take them back first', contradicts)
+        record = self._record(answer, verdict)
+        message = f'noted, though {opposed}' if opposed else 'noted'
+        return Outcome(True, Code.OK, message, record, contradicts, self.budget_left)
+
+    def _record(self, answer: Answer, verdict: Verdict) -> AdviceRecord:
+        assert self._query is not None
+        said = verdict is Verdict.ANSWER
+        return AdviceRecord(
+            advice_id=1 + max((record.advice_id for record in self._log), default=0),
+            query_id=answer.query_id,
+            states=self._query.states,
+            preferred=tuple(sorted(answer.preferred)) if said else (),
+            avoided=tuple(sorted(answer.avoided)) if said else (),
+            verdict=verdict,
+            expert_id=answer.expert_id,
+            comment=answer.comment,
+        )
+
+
+def _invalid(actions: tuple[int, ...]) -> bool:
+    return len(set(actions)) != len(actions) or any(not 0 <= action < N_ACTIONS for action in actions)
