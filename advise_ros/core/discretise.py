@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+
 import numpy as np
 import numpy.typing as npt
 
@@ -190,7 +191,8 @@ def _actions(
     for motion, left_ns, inserted, index in zip(track.motions, track.left_ns, track.inserted, in_force, strict=True):
         commanded = None
         if not inserted and index >= 0 and left_ns - int(stamps_ns[index]) <= settings.command_timeout_s * NS:
-            commanded = direction(float(velocities[index, 0]), float(velocities[index, 1]), settings.command_min_speed_m_s)
+            east_m_s, north_m_s, _ = velocities[index].tolist()
+            commanded = direction(east_m_s, north_m_s, settings.command_min_speed_m_s)
         ambiguous += commanded is None and not inserted
         astray += commanded is not None and commanded != motion
         actions.append(motion if commanded is None else commanded)

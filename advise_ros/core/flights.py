@@ -87,7 +87,8 @@ def _airborne_by_altitude(grid: Grid, poses: PoseSamples) -> list[Flight]:
     for first, after in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
         landed = after < len(up)
         end_ns = int(clean.stamps_ns[after if landed else after - 1])
-        flights.append(Flight((int(clean.stamps_ns[first]), end_ns), EndReason.LANDED if landed else EndReason.END_OF_LOG))
+        reason = EndReason.LANDED if landed else EndReason.END_OF_LOG
+        flights.append(Flight((int(clean.stamps_ns[first]), end_ns), reason))
     return flights
 
 

@@ -1,0 +1,257 @@
+"""MAVLink telemetry logs (.tlog): an 8-byte big-endian time stamp in microseconds, then a frame, and so on.
+
+Frames: https://mavlink.io/en/guide/serialization.html. Messages: https://mavlink.io/en/messages/common.html.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from advise_ros.core.errors import LogError
+from advise_ros.core.samples import CommandSamples, PoseSamples, Recording, VehicleEvent
+from advise_ros.mavlink.frames import Vector, enu_from_ned
+from advise_ros.mavlink.messages import (
+    EXTENDED_SYS_STATE,
+    FRAME_LOCAL_NED,
+    HEARTBEAT,
+    IN_AIR,
+    LANDING,
+    LOCAL_POSITION_NED,
+    MODE_FLAG_ARMED,
+    ON_GROUND,
+    TAKING_OFF,
+    MAVError,
+    Message,
+    dialect,
+)
+
+SET_POSITION_TARGET_LOCAL_NED = int(dialect.MAVLINK_MSG_ID_SET_POSITION_TARGET_LOCAL_NED)
+WANTED = frozenset((HEARTBEAT, LOCAL_POSITION_NED, EXTENDED_SYS_STATE, SET_POSITION_TARGET_LOCAL_NED))
+IGNORES_VELOCITY = 8 | 16 | 32
+
+STAMP_BYTES = 8
+START_V1, START_V2 = 0xFE, 0xFD
+HEADER_V1, HEADER_V2 = 6, 10
+CHECKSUM, SIGNATURE, SIGNED = 2, 13, 0x01
+# Microseconds since 1970 at the year 2100: a later stamp is not one.
+LAST_STAMP_US = 4_102_444_800_000_000
+
+ProgressCallback = Callable[[int, int], None]
+
+
+class Frame(NamedTuple):
+    """A message of the log and when it was logged."""
+
+    stamp_ns: int
+    message: Message
+
+
+@dataclass
+class Scan:
+    """What is in a log besides the messages asked for."""
+
+    frames: int = 0
+    garbage_bytes: int = 0
+    cut_bytes: int = 0
+    ids: Counter[int] = field(default_factory=Counter)
+
+
+def read_tlog(path: str | Path, progress: ProgressCallback | None = None) -> Recording:
+    """Positions, velocity setpoints and state of the vehicle in a log, stamped with the log's times.
+
+    The vehicle is the autopilot that sends most positions. Setpoints are those sent to it in frame LOCAL_NED
+    with a velocity. Garbage, unknown messages and a last frame that is cut off are skipped and noted.
+
+    Args:
+        path: the log.
+        progress: called now and then with bytes read and bytes in all.
+
+    Raises:
+        LogError: the file can't be read, is empty, no MAVLink log, or has no positions.
+    """
+    data = _read(Path(path))
+    scan = Scan()
+    frames = list(frames_of(data, scan, progress))
+    if not scan.frames:
+        raise LogError(
+            f'{path} is not a MAVLink telemetry log: no frame in {len(data)} bytes; '
+            'name a .tlog as ground stations and mavproxy write it'
+        )
+    vehicle = _vehicle(frames)
+    if vehicle is None:
+        raise LogError(
+            f'{path} has {scan.frames} MAVLink frames but no position (LOCAL_POSITION_NED); '
+            'ask the autopilot for message 32 and record again'
+        )
+    return _recording(path, frames, vehicle, scan)
+
+
+def frames_of(data: bytes, scan: Scan, progress: ProgressCallback | None = None) -> Iterator[Frame]:
+    """The wanted messages of a log, in its order; `scan` is filled on the way."""
+    codec = dialect.MAVLink(None)
+    at, reported = 0, 0
+    while at < len(data):
+        length = _length(data, at)
+        message = None
+        if length and at + length <= len(data):
+            message_id = _message_id(data, at + STAMP_BYTES)
+            good, message = _take(codec, data, (at, length), message_id)
+            if good:
+                scan.frames += 1
+                scan.ids[message_id] += 1
+                if message is not None:
+                    yield Frame(_stamp_us(data, at) * 1000, message)
+                at += length
+                if progress is not None and at - reported > len(data) // 100:
+                    reported = at
+                    progress(at, len(data))
+                continue
+        at = _resume(data, at, scan, cut=length > 0 and at + length > len(data))
+
+
+def _read(path: Path) -> bytes:
+    try:
+        data = path.read_bytes()
+    except FileNotFoundError:
+        raise LogError(f'{path}: there is no such file; name a .tlog file') from None
+    except OSError as problem:
+        raise LogError(f'{path} cannot be read ({problem.strerror}); name a .tlog file') from None
+    if not data:
+        raise LogError(f'{path} is empty; name a log with frames in it')
+    return data
+
+
+# -- frames ----------------------------------------------------------------------------------------
+def _stamp_us(data: bytes, at: int) -> int:
+    return int.from_bytes(data[at : at + STAMP_BYTES], 'big')
+
+
+def _length(data: bytes, at: int) -> int:
+    """Bytes of stamp and frame if they seem to begin here, else 0."""
+    start = at + STAMP_BYTES
+    if start + HEADER_V1 > len(data) or _stamp_us(data, at) > LAST_STAMP_US:
+        return 0
+    payload = data[start + 1]
+    if data[start] == START_V1:
+        return STAMP_BYTES + HEADER_V1 + payload + CHECKSUM
+    if data[start] == START_V2 and not data[start + 2] & ~SIGNED:
+        return STAMP_BYTES + HEADER_V2 + payload + CHECKSUM + (SIGNATURE if data[start + 2] & SIGNED else 0)
+    return 0
+
+
+def _message_id(data: bytes, start: int) -> int:
+    return data[start + 5] if data[start] == START_V1 else int.from_bytes(data[start + 7 : start + 10], 'little')
+
+
+def _take(codec: Any, data: bytes, place: tuple[int, int], message_id: int) -> tuple[bool, Message | None]:
+    """Whether the frame is sound, and its message if it is a wanted one.
+
+    Decoding costs most of the time: a frame nobody wants is believed when another follows it at once.
+    """
+    at, length = place
+    after = at + length
+    if message_id not in WANTED and (after == len(data) or _length(data, after)):
+        return True, None
+    if message_id not in dialect.mavlink_map:
+        return False, None
+    try:
+        message = codec.decode(bytearray(data[at + STAMP_BYTES : after]))
+    except MAVError:
+        return False, None
+    return True, message if message_id in WANTED else None
+
+
+def _resume(data: bytes, at: int, scan: Scan, *, cut: bool) -> int:
+    """The next place where a frame may begin; the bytes up to there are of no use."""
+    starts = (data.find(bytes((mark,)), at + STAMP_BYTES + 1) for mark in (START_V1, START_V2))
+    after = min((start - STAMP_BYTES for start in starts if start >= 0), default=len(data))
+    if after == len(data) and cut:
+        scan.cut_bytes = after - at
+    else:
+        scan.garbage_bytes += after - at
+    return after
+
+
+# -- samples ---------------------------------------------------------------------------------------
+def _vehicle(frames: list[Frame]) -> tuple[int, int] | None:
+    """System and component that send most positions."""
+    senders = Counter(_sender(frame) for frame in frames if frame.message.get_msgId() == LOCAL_POSITION_NED)
+    return senders.most_common(1)[0][0] if senders else None
+
+
+def _sender(frame: Frame) -> tuple[int, int]:
+    return frame.message.get_srcSystem(), frame.message.get_srcComponent()
+
+
+def _recording(path: str | Path, frames: list[Frame], vehicle: tuple[int, int], scan: Scan) -> Recording:
+    own = [frame for frame in frames if _sender(frame) == vehicle]
+    positions = [frame for frame in own if frame.message.get_msgId() == LOCAL_POSITION_NED]
+    others = {_sender(frame)[0] for frame in frames if frame.message.get_msgId() == LOCAL_POSITION_NED} - {vehicle[0]}
+    setpoints = [frame for frame in frames if _is_for(frame, vehicle)]
+    velocities = [frame for frame in setpoints if is_velocity(frame.message)]
+    moved = [(f.stamp_ns, (f.message.vx, f.message.vy, f.message.vz)) for f in velocities]
+    return Recording(
+        poses=PoseSamples(*_arrays([(f.stamp_ns, (f.message.x, f.message.y, f.message.z)) for f in positions])),
+        commands=CommandSamples(*_arrays(moved)),
+        events=_events(own),
+        source=str(path),
+        notes=_notes(scan, (vehicle[0], others), len(setpoints) - len(velocities)),
+    )
+
+
+def _is_for(frame: Frame, vehicle: tuple[int, int]) -> bool:
+    message = frame.message
+    return message.get_msgId() == SET_POSITION_TARGET_LOCAL_NED and message.target_system in (0, vehicle[0])
+
+
+def is_velocity(message: Message) -> bool:
+    """A SET_POSITION_TARGET_LOCAL_NED that commands a velocity over ground in north-east-down."""
+    return bool(message.coordinate_frame == FRAME_LOCAL_NED and not message.type_mask & IGNORES_VELOCITY)
+
+
+def _arrays(rows: list[tuple[int, Vector]]) -> tuple[Any, Any]:
+    stamps_ns = np.array([stamp_ns for stamp_ns, _ in rows], dtype=np.int64)
+    vectors = np.array([enu_from_ned(vector_ned) for _, vector_ned in rows], dtype=np.float64)
+    return stamps_ns, vectors.reshape(-1, 3)
+
+
+def _events(own: list[Frame]) -> tuple[VehicleEvent, ...]:
+    """Changes of armed and in-air; none when the autopilot does not tell whether it is on the ground.
+
+    Without heartbeats of the vehicle in the log, being in the air has to mean armed.
+    """
+    events: list[VehicleEvent] = []
+    armed = not any(frame.message.get_msgId() == HEARTBEAT for frame in own)
+    in_air: bool | None = None
+    for stamp_ns, message in own:
+        if message.get_msgId() == HEARTBEAT:
+            armed = bool(message.base_mode & MODE_FLAG_ARMED)
+        elif message.get_msgId() == EXTENDED_SYS_STATE:
+            in_air = in_air_from(message.landed_state, in_air)
+        if in_air is not None and (not events or events[-1][1:] != (armed, in_air)):
+            events.append(VehicleEvent(stamp_ns, armed, in_air))
+    return tuple(events)
+
+
+def in_air_from(landed_state: int, before: bool | None) -> bool | None:
+    """In the air by MAV_LANDED_STATE; an undefined state changes nothing."""
+    if landed_state in (IN_AIR, TAKING_OFF, LANDING):
+        return True
+    return False if landed_state == ON_GROUND else before
+
+
+def _notes(scan: Scan, vehicles: tuple[int, set[int]], other_setpoints: int) -> tuple[str, ...]:
+    vehicle, others = vehicles
+    said = (
+        (scan.cut_bytes, f'the last frame is cut off ({scan.cut_bytes} bytes)'),
+        (scan.garbage_bytes, f'{scan.garbage_bytes} bytes are no sound frames and were skipped'),
+        (others, f'positions of system {vehicle} were taken, those of {", ".join(map(str, sorted(others)))} not'),
+        (other_setpoints, f'{other_setpoints} setpoints without a velocity in frame LOCAL_NED were not used'),
+    )
+    return tuple(note for condition, note in said if condition)
