@@ -13,6 +13,7 @@ from dataclasses import MISSING, Field, dataclass, field, fields
 from typing import Any, TypeVar
 
 from advise_ros.core.errors import InputError
+from advise_ros.core.seeking import SeekSettings
 
 ConfigT = TypeVar('ConfigT')
 Scalar = bool | int | float | str
@@ -147,16 +148,31 @@ class AdviseConfig:
 
 
 @dataclass(frozen=True)
-class PolicyConfig:
-    """/policy: flies the policy from cell centre to cell centre."""
+class SeekConfig:
+    """Flying from cell centre to cell centre: shared by /policy and /pilot."""
 
     grid_file: str = param('', GRID_DOC)
     speed_m_s: float = param(1.2, 'cruise speed', low=0.05, high=20.0)
-    approach_gain_1_s: float = param(1.0, 'speed per metre of distance near a centre', low=0.05, high=20.0)
+    approach_gain_1_s: float = param(1.5, 'speed per metre of distance near a centre; lower it where commands act late', low=0.05, high=20.0)
+    braking_m_s2: float = param(1.5, 'deceleration planned for before turns and stops', low=0.1, high=20.0)
     altitude_gain_1_s: float = param(0.8, 'climb rate per metre of altitude error', low=0.0, high=20.0)
+    climb_m_s: float = param(1.0, 'fastest climb and descent', low=0.0, high=10.0)
+    lead_s: float = param(0.5, 'positions are extrapolated by this to make up for delays', low=0.0, high=5.0)
+    corner_share: float = param(0.15, 'how far past the centre a turn may swing out, as a share of a cell', low=0.0, high=0.5)
     arrival_radius_m: float = param(0.3, 'closer than this is at the centre', low=0.01, high=100.0)
     hysteresis_m: float = param(0.2, 'how far past a border counts as the next cell', low=0.0, high=100.0)
+
+    def seek_settings(self) -> SeekSettings:
+        """What the velocity law needs of this."""
+        return SeekSettings(**{spec.name: getattr(self, spec.name) for spec in fields(SeekSettings)})
+
+
+@dataclass(frozen=True)
+class PolicyConfig(SeekConfig):
+    """/policy: flies the policy from cell centre to cell centre."""
+
     step_budget_factor: float = param(2.0, 'steps before the battery is spent, times the shortest route', low=1.0, high=100.0)
+    stop_on_loop: bool = param(True, 'end a flight as soon as a state comes back, not when its budget is spent')
     pose_timeout_s: float = param(0.5, 'no pose for this long: zero velocity (steady time)', low=0.05, high=60.0)
     watchdog_rate_hz: float = param(20.0, 'rate of the watchdog (steady time)', low=1.0, high=200.0)
 
@@ -214,16 +230,17 @@ class SimulatorConfig:
 
 
 @dataclass(frozen=True)
-class PilotConfig:
+class PilotConfig(SeekConfig):
     """/pilot: a simulated demonstrator who flies through cmd_vel."""
 
-    grid_file: str = param('', GRID_DOC)
     flights: int = param(1, 'demonstrations to fly', low=0, high=10_000)
     noise_rate: float = param(0.4, 'share of moves that are not the right one', low=0.0, high=0.95)
     mistake_share: float = param(0.2, 'share of states in which the same mistake is made again and again', low=0.0, high=1.0)
-    speed_m_s: float = param(1.2, 'cruise speed', low=0.05, high=20.0)
     max_moves: int = param(400, 'moves before a flight is given up', low=1, high=1_000_000)
     handle_vehicle: bool = param(True, 'arm, take off and land by the bridge services')
+    vehicle_timeout_s: float = param(180.0, 'longest wait for readiness, take-off, landing or a pose (steady time)', low=1.0, high=3600.0)
+    pose_timeout_s: float = param(0.5, 'no pose for this long: zero velocity (steady time)', low=0.05, high=60.0)
+    watchdog_rate_hz: float = param(20.0, 'rate of the watchdog (steady time)', low=1.0, high=200.0)
     seed: int = param(0, SEED_DOC, low=0, high=2**31 - 1)
 
 
