@@ -1,0 +1,160 @@
+"""Our side of a MAVLink link as a pure machine: messages and monotonic time in, messages and status out."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from advise_ros.mavlink import messages as mav
+from advise_ros.mavlink.ardupilot import ArduPilot
+from advise_ros.mavlink.frames import Vector
+from advise_ros.mavlink.messages import Message
+from advise_ros.mavlink.requests import Goal, Reply, Request
+from advise_ros.mavlink.vehicle import Vehicle
+
+HEARTBEAT_S = 1.0
+# A message is asked for again when it was silent this long, or this many of its periods.
+SILENT_S, SILENT_PERIODS = 2.0, 5.0
+ASK_S = 1.0
+# Longest wait for the autopilot's word before a request is said to be under way.
+REPLY_S = 3.0
+
+
+class Status(NamedTuple):
+    """The vehicle as others see it; the fields of advise_msgs/VehicleStatus."""
+
+    autopilot: str
+    mode: str
+    connected: bool
+    ready: bool
+    armed: bool
+    in_air: bool
+    commandable: bool
+    waiting_for: str
+    text: str
+
+
+@dataclass(frozen=True)
+class Settings:
+    """Times are on the monotonic clock."""
+
+    system_id: int = 1
+    pose_rate_hz: float = 20.0
+    heartbeat_timeout_s: float = 3.0
+    ready_timeout_s: float = 120.0
+
+
+class Companion:
+    """Finds the autopilot, keeps its messages coming and carries out what is asked of it."""
+
+    def __init__(self, settings: Settings) -> None:
+        self._settings = settings
+        self.vehicle = Vehicle(settings.heartbeat_timeout_s, own_system=settings.system_id)
+        self._pilot: ArduPilot | None = None
+        self._open: Request | None = None
+        self._heartbeat_s = -math.inf
+        self._asked_s: dict[int, float] = {}
+        self._was_connected = False
+        self._link_problem = ''
+
+    def observe(self, message: Message, at_s: float) -> bool:
+        """Take a message in; False if it is not from our autopilot."""
+        ours = self.vehicle.observe(message, at_s)
+        if ours and self._pilot is None and self.vehicle.autopilot == mav.AUTOPILOT_ARDUPILOT:
+            self._pilot = ArduPilot(self.vehicle, self._settings.ready_timeout_s)
+        return ours
+
+    def step(self, now_s: float, link_problem: str = '') -> list[Message]:
+        """What to send now; call it after messages and at least ten times a second."""
+        self._link_problem = link_problem
+        out = self._own_heartbeat(now_s)
+        connected = self.vehicle.connected(now_s)
+        if self._was_connected and not connected:
+            self._lose_link()
+        self._was_connected = connected
+        if connected and self._pilot is not None:
+            out += self._intervals(self._pilot, now_s)
+            out += self._pilot.step(now_s)
+        self._answer_late(now_s)
+        return out
+
+    def _own_heartbeat(self, now_s: float) -> list[Message]:
+        if now_s - self._heartbeat_s < HEARTBEAT_S:
+            return []
+        self._heartbeat_s = now_s
+        return [mav.heartbeat()]
+
+    def _lose_link(self) -> None:
+        self._asked_s.clear()
+        self.vehicle.heard_at_s.clear()
+        if self._pilot is not None:
+            self._pilot.lose_link()
+
+    def _intervals(self, pilot: ArduPilot, now_s: float) -> list[Message]:
+        """Requests for messages that were never asked for or do not arrive."""
+        target = self.vehicle.target
+        if target is None:
+            return []
+        rate = self._settings.pose_rate_hz
+        out = []
+        for message_id, rate_hz in ((mav.LOCAL_POSITION_NED, rate), (mav.ATTITUDE, rate), *pilot.intervals):
+            silent_s = now_s - self.vehicle.heard_at_s.get(message_id, -math.inf)
+            asked_s = now_s - self._asked_s.get(message_id, -math.inf)
+            if asked_s == math.inf or (asked_s >= ASK_S and silent_s > max(SILENT_S, SILENT_PERIODS / rate_hz)):
+                self._asked_s[message_id] = now_s
+                out.append(mav.message_interval(target, message_id, rate_hz))
+        return out
+
+    def _answer_late(self, now_s: float) -> None:
+        request = self._open
+        if request is not None and request.reply is None and now_s - request.begun_s > REPLY_S:
+            request.answer(True, f'{request.goal.value} is under way; waiting for: {self.status(now_s).waiting_for}')
+
+    # -- requests ----------------------------------------------------------------------------
+    def ask(self, goal: Goal, now_s: float, altitude_m: float = 0.0) -> Request:
+        """Begin a goal; its reply is set at once or by a later step, within REPLY_S."""
+        request = Request(goal, now_s, altitude_m)
+        if self._pilot is None or not self.vehicle.connected(now_s):
+            request.answer(False, f'{goal.value} refused: {self._no_link()}')
+            return request
+        self._open = request
+        self._pilot.ask(request)
+        return request
+
+    def _no_link(self) -> str:
+        if self.vehicle.autopilot and self._pilot is None:
+            return f'the autopilot is {self.vehicle.name}, which is not supported yet'
+        what = 'the link to the autopilot is lost' if self.vehicle.target else 'no autopilot has been heard'
+        return f'{what} ({self._link_problem})' if self._link_problem else what
+
+    # -- status ------------------------------------------------------------------------------
+    def commandable(self, now_s: float) -> bool:
+        """Whether velocity setpoints reach the vehicle and are obeyed."""
+        return self._pilot is not None and self.vehicle.connected(now_s) and self._pilot.commandable
+
+    def setpoint(self, velocity_enu_m_s: Vector, yaw_rate_rad_s: float, now_s: float) -> Message | None:
+        """A velocity setpoint, or None while it must not be sent."""
+        if not self.commandable(now_s) or self.vehicle.target is None:
+            return None
+        return mav.velocity_setpoint(self.vehicle.target, int(now_s * 1000), velocity_enu_m_s, yaw_rate_rad_s)
+
+    def status(self, now_s: float) -> Status:
+        """What is known at this time."""
+        vehicle, pilot = self.vehicle, self._pilot
+        connected = vehicle.connected(now_s)
+        if pilot is None or not connected:
+            return Status(
+                vehicle.name, pilot.mode if pilot else '', connected, ready=False, armed=vehicle.armed,
+                in_air=vehicle.in_air, commandable=False, waiting_for=f'heartbeat: {self._no_link()}', text=vehicle.text,
+            )
+        return Status(
+            vehicle.name, pilot.mode, connected, ready=pilot.ready, armed=vehicle.armed, in_air=vehicle.in_air,
+            commandable=pilot.commandable, waiting_for=pilot.waiting_for, text=vehicle.text,
+        )
+
+
+def settle(requests: Iterable[Request]) -> list[tuple[Request, Reply]]:
+    """The requests that have their reply."""
+    return [(request, request.reply) for request in requests if request.reply is not None]

@@ -1,0 +1,97 @@
+"""The MAVLink messages that the package speaks, their numbers, and the fields that must be finite.
+
+Source: https://mavlink.io/en/messages/ardupilotmega.html (a superset of common).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from pymavlink.dialects.v20 import ardupilotmega
+
+from advise_ros.mavlink.frames import Vector, ned_from_enu, yaw_rate_enu_from_ned
+
+Message = Any  # pymavlink has no types: a decoded dialect.MAVLink_message
+dialect = ardupilotmega
+MAVError = dialect.MAVError
+
+HEARTBEAT = int(dialect.MAVLINK_MSG_ID_HEARTBEAT)
+SYS_STATUS = int(dialect.MAVLINK_MSG_ID_SYS_STATUS)
+ATTITUDE = int(dialect.MAVLINK_MSG_ID_ATTITUDE)
+LOCAL_POSITION_NED = int(dialect.MAVLINK_MSG_ID_LOCAL_POSITION_NED)
+COMMAND_ACK = int(dialect.MAVLINK_MSG_ID_COMMAND_ACK)
+EKF_STATUS_REPORT = int(dialect.MAVLINK_MSG_ID_EKF_STATUS_REPORT)
+EXTENDED_SYS_STATE = int(dialect.MAVLINK_MSG_ID_EXTENDED_SYS_STATE)
+STATUSTEXT = int(dialect.MAVLINK_MSG_ID_STATUSTEXT)
+
+AUTOPILOT_ARDUPILOT = int(dialect.MAV_AUTOPILOT_ARDUPILOTMEGA)
+AUTOPILOT_PX4 = int(dialect.MAV_AUTOPILOT_PX4)
+AUTOPILOT_NAMES = {AUTOPILOT_ARDUPILOT: 'ardupilot', AUTOPILOT_PX4: 'px4'}
+
+MODE_FLAG_ARMED = int(dialect.MAV_MODE_FLAG_SAFETY_ARMED)
+HEALTH_PREARM_CHECK = int(dialect.MAV_SYS_STATUS_PREARM_CHECK)
+
+CMD_LAND = int(dialect.MAV_CMD_NAV_LAND)
+CMD_TAKEOFF = int(dialect.MAV_CMD_NAV_TAKEOFF)
+CMD_SET_MODE = int(dialect.MAV_CMD_DO_SET_MODE)
+CMD_ARM = int(dialect.MAV_CMD_COMPONENT_ARM_DISARM)
+CMD_RUN_PREARM_CHECKS = int(dialect.MAV_CMD_RUN_PREARM_CHECKS)
+CMD_MESSAGE_INTERVAL = int(dialect.MAV_CMD_SET_MESSAGE_INTERVAL)
+
+ACK_ACCEPTED = int(dialect.MAV_RESULT_ACCEPTED)
+ACK_TEMPORARILY_REJECTED = int(dialect.MAV_RESULT_TEMPORARILY_REJECTED)
+ACK_DENIED = int(dialect.MAV_RESULT_DENIED)
+ACK_UNSUPPORTED = int(dialect.MAV_RESULT_UNSUPPORTED)
+ACK_FAILED = int(dialect.MAV_RESULT_FAILED)
+ACK_IN_PROGRESS = int(dialect.MAV_RESULT_IN_PROGRESS)
+ACK_NAMES = {
+    ACK_TEMPORARILY_REJECTED: 'temporarily rejected', ACK_DENIED: 'denied', ACK_UNSUPPORTED: 'unsupported',
+    ACK_FAILED: 'failed',
+}
+
+ON_GROUND = int(dialect.MAV_LANDED_STATE_ON_GROUND)
+IN_AIR = int(dialect.MAV_LANDED_STATE_IN_AIR)
+TAKING_OFF = int(dialect.MAV_LANDED_STATE_TAKEOFF)
+LANDING = int(dialect.MAV_LANDED_STATE_LANDING)
+
+# Velocity and yaw rate; position, acceleration and yaw are ignored. With yaw rate 0 the nose holds its heading.
+MASK_VELOCITY_YAW_RATE = 0x05C7
+FRAME_LOCAL_NED = int(dialect.MAV_FRAME_LOCAL_NED)
+
+
+def is_finite(message: Message) -> bool:
+    """Whether every number of a message is finite: NaN and infinity pass the checksum."""
+    return all(math.isfinite(value) for value in _floats(message))
+
+
+def _floats(message: Message) -> list[float]:
+    values = (getattr(message, name) for name in message.fieldnames)
+    return [value for value in values if isinstance(value, float)]
+
+
+def heartbeat() -> Message:
+    """Ours: an onboard computer, no autopilot."""
+    return dialect.MAVLink_heartbeat_message(
+        dialect.MAV_TYPE_ONBOARD_CONTROLLER, dialect.MAV_AUTOPILOT_INVALID, 0, 0, dialect.MAV_STATE_ACTIVE, 3
+    )
+
+
+def command(target: tuple[int, int], number: int, *params: float) -> Message:
+    """COMMAND_LONG to (system, component); parameters that are not named are 0."""
+    seven = [*params, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0][:7]
+    return dialect.MAVLink_command_long_message(*target, number, 0, *seven)
+
+
+def message_interval(target: tuple[int, int], message_id: int, rate_hz: float) -> Message:
+    """SET_MESSAGE_INTERVAL, which wants microseconds."""
+    return command(target, CMD_MESSAGE_INTERVAL, float(message_id), round(1e6 / rate_hz))
+
+
+def velocity_setpoint(target: tuple[int, int], time_boot_ms: int, velocity_enu_m_s: Vector, yaw_rate_rad_s: float) -> Message:
+    """SET_POSITION_TARGET_LOCAL_NED from a velocity in ENU and a yaw rate counter-clockwise seen from above."""
+    return dialect.MAVLink_set_position_target_local_ned_message(
+        time_boot_ms & 0xFFFFFFFF, *target, FRAME_LOCAL_NED, MASK_VELOCITY_YAW_RATE,
+        0.0, 0.0, 0.0, *ned_from_enu(velocity_enu_m_s), 0.0, 0.0, 0.0,
+        0.0, yaw_rate_enu_from_ned(yaw_rate_rad_s),
+    )

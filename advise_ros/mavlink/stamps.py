@@ -1,0 +1,47 @@
+"""Stamps in our clock for an autopilot's own times, evenly spaced and strictly increasing."""
+
+from __future__ import annotations
+
+NS_PER_MS = 1_000_000
+DEVIATION_NS = 1_000_000_000
+# A busy moment delays a few messages; a clock that was set keeps its distance.
+DEVIATIONS = 5
+
+
+class Stamper:
+    """Autopilot time plus an offset to our clock that is fixed at the first message.
+
+    The offset is fixed anew when the two clocks stay more than 1 s apart: the autopilot rebooted, or our
+    clock was set. An offset below 1 s is taken for 0 when `simulated`: the simulator gives us the same time.
+    """
+
+    def __init__(self, *, simulated: bool) -> None:
+        self._simulated = simulated
+        self._offset_ns: int | None = None
+        self._deviations = 0
+        self._last_ns = -1
+
+    def stamp_ns(self, time_boot_ms: int, now_ns: int) -> int | None:
+        """The stamp of a message of `time_boot_ms` that arrived at `now_ns`, or None if it is a repetition or our clock has not begun."""
+        if now_ns <= 0:
+            return None
+        boot_ns = time_boot_ms * NS_PER_MS
+        if self._offset_ns is None or self._deviates(boot_ns, now_ns):
+            self._fix(boot_ns, now_ns)
+        stamp = boot_ns + (self._offset_ns or 0)
+        if stamp <= self._last_ns:
+            return None
+        self._last_ns = stamp
+        return stamp
+
+    def _deviates(self, boot_ns: int, now_ns: int) -> bool:
+        far = abs(boot_ns + (self._offset_ns or 0) - now_ns) > DEVIATION_NS
+        self._deviations = self._deviations + 1 if far else 0
+        return self._deviations >= DEVIATIONS
+
+    def _fix(self, boot_ns: int, now_ns: int) -> None:
+        offset = now_ns - boot_ns
+        self._offset_ns = 0 if self._simulated and abs(offset) <= DEVIATION_NS else offset
+        self._deviations = 0
+        if boot_ns + self._offset_ns + DEVIATION_NS < self._last_ns:
+            self._last_ns = -1  # Our clock was set back: stamps go back with it.

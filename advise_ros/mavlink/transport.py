@@ -1,0 +1,247 @@
+"""Sockets and serial ports behind one interface, from a pymavlink connection string.
+
+pymavlink's own connections are not used: they spin when a TCP peer dies and keep no account of who sent what.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import socket
+from typing import Any, Protocol
+
+import serial
+
+from advise_ros.core.errors import InputError
+
+WAIT_S = 0.5  # How long a read blocks; closing a link takes as long.
+READ_BYTES = 65536
+FORMS = 'udpin:HOST:PORT, udpout:HOST:PORT, tcp:HOST:PORT, tcpin:HOST:PORT or a serial device such as /dev/ttyACM0'
+
+Address = tuple[str, int]
+
+
+class Transport(Protocol):
+    """One way to move bytes. Only `open` may raise InputError; the rest raise OSError when the link breaks."""
+
+    datagrams: bool
+
+    def open(self) -> None:
+        """Claim the port; a connection is made later, by `receive`."""
+
+    def receive(self) -> tuple[bytes, Address | None]:
+        """Next bytes and their sender; empty after WAIT_S without any."""
+
+    def send(self, data: bytes, to: Address | None) -> None:
+        """Send without blocking; raises OSError when there is nobody to send to."""
+
+    def drop(self) -> None:
+        """Forget a broken connection; the next `receive` makes a new one."""
+
+    def close(self) -> None:
+        """Give everything back."""
+
+
+def make_transport(url: str, baud: int) -> Transport:
+    """The transport of a connection string.
+
+    Raises:
+        InputError: the string has none of the known forms.
+    """
+    kind, _, rest = url.partition(':')
+    makers: dict[str, Any] = {
+        'udpin': UdpIn, 'udp': UdpIn, 'udpout': UdpOut, 'tcp': TcpOut, 'tcpin': TcpIn,
+    }
+    if kind in makers:
+        return makers[kind](url, _address(url, rest))  # type: ignore[no-any-return]
+    if url.startswith('/') or url.upper().startswith('COM'):
+        return Serial(url, baud)
+    raise InputError(f"url is '{url}'; it must be {FORMS}")
+
+
+def _address(url: str, rest: str) -> Address:
+    host, _, port = rest.rpartition(':')
+    if not host or not port.isascii() or not port.isdigit() or not 0 < int(port) < 65536:
+        raise InputError(f"url is '{url}'; it must be {FORMS}, with a port from 1 to 65535")
+    return host, int(port)
+
+
+def _bound(url: str, kind: socket.SocketKind, address: Address) -> socket.socket:
+    bound = socket.socket(socket.AF_INET, kind)
+    try:
+        if kind == socket.SOCK_STREAM:
+            bound.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        bound.bind(address)
+    except OSError as problem:
+        bound.close()
+        raise InputError(f"cannot listen on '{url}': {_why(problem)}; stop the other program or take another port") from problem
+    bound.settimeout(WAIT_S)
+    return bound
+
+
+def _why(problem: OSError) -> str:
+    return (problem.strerror or str(problem) or type(problem).__name__).lower()
+
+
+class UdpIn:
+    """Listens; answers go to whom the caller names."""
+
+    datagrams = True
+
+    def __init__(self, url: str, address: Address) -> None:
+        self._url, self._address = url, address
+        self._socket: socket.socket | None = None
+
+    def open(self) -> None:
+        self._socket = _bound(self._url, socket.SOCK_DGRAM, self._address)
+
+    def receive(self) -> tuple[bytes, Address | None]:
+        if self._socket is None:
+            raise OSError('closed')
+        try:
+            return self._socket.recvfrom(READ_BYTES)
+        except (TimeoutError, ConnectionError):  # A refused datagram comes back as an error of the next read.
+            return b'', None
+
+    def send(self, data: bytes, to: Address | None) -> None:
+        if self._socket is None or to is None:
+            raise OSError('nobody has sent anything yet')
+        self._socket.sendto(data, socket.MSG_DONTWAIT, to)
+
+    def drop(self) -> None:
+        """There is no connection to forget."""
+
+    def close(self) -> None:
+        if self._socket is not None:
+            self._socket.close()
+            self._socket = None
+
+
+class UdpOut(UdpIn):
+    """Sends to a fixed address and hears what comes back."""
+
+    def open(self) -> None:
+        try:
+            self._address = (socket.gethostbyname(self._address[0]), self._address[1])
+        except OSError as problem:
+            raise InputError(f"url is '{self._url}', but its host is unknown: {_why(problem)}") from problem
+        self._socket = _bound(self._url, socket.SOCK_DGRAM, ('', 0))
+
+    def send(self, data: bytes, to: Address | None) -> None:
+        super().send(data, self._address)
+
+
+class TcpOut:
+    """Connects, and again when the peer has gone."""
+
+    datagrams = False
+
+    def __init__(self, url: str, address: Address) -> None:
+        self._url, self._address = url, address
+        self._socket: socket.socket | None = None
+
+    def open(self) -> None:
+        """Nothing to claim; the first `receive` connects."""
+
+    def _connect(self) -> socket.socket | None:
+        connected = socket.create_connection(self._address, timeout=WAIT_S)
+        connected.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        return connected
+
+    def receive(self) -> tuple[bytes, Address | None]:
+        if self._socket is None:
+            self._socket = self._connect()
+            return b'', None
+        try:
+            data = self._socket.recv(READ_BYTES)
+        except TimeoutError:
+            return b'', None
+        if not data:
+            raise OSError('the peer closed the connection')
+        return data, None
+
+    def send(self, data: bytes, to: Address | None) -> None:
+        if self._socket is None:
+            raise OSError('not connected')
+        if self._socket.send(data, socket.MSG_DONTWAIT) != len(data):
+            self.drop()  # Half a frame is out: nothing behind it would be understood.
+            raise OSError('the peer does not read')
+
+    def drop(self) -> None:
+        stream, self._socket = self._socket, None
+        if stream is not None:
+            with contextlib.suppress(OSError):
+                stream.shutdown(socket.SHUT_RDWR)
+            stream.close()
+
+    def close(self) -> None:
+        self.drop()
+
+
+class TcpIn(TcpOut):
+    """Listens for one client at a time; the next one is taken when it has gone."""
+
+    def __init__(self, url: str, address: Address) -> None:
+        super().__init__(url, address)
+        self._listener: socket.socket | None = None
+
+    def open(self) -> None:
+        self._listener = _bound(self._url, socket.SOCK_STREAM, self._address)
+        self._listener.listen(1)
+
+    def _connect(self) -> socket.socket | None:
+        if self._listener is None:
+            raise OSError('closed')
+        try:
+            client, _ = self._listener.accept()
+        except TimeoutError:
+            return None
+        client.settimeout(WAIT_S)
+        client.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        return client
+
+    def close(self) -> None:
+        self.drop()
+        if self._listener is not None:
+            self._listener.close()
+            self._listener = None
+
+
+class Serial:
+    """A serial device; opened again after it was unplugged."""
+
+    datagrams = False
+
+    def __init__(self, device: str, baud: int) -> None:
+        self._device, self._baud = device, baud
+        self._port: serial.Serial | None = None
+
+    def open(self) -> None:
+        try:
+            self._port = self._opened()
+        except (OSError, ValueError) as problem:
+            raise InputError(
+                f"cannot open the serial device '{self._device}' at {self._baud} baud: {problem}; "
+                'plug it in, or give the right device as url and the right baud'
+            ) from problem
+
+    def _opened(self) -> serial.Serial:
+        return serial.Serial(self._device, self._baud, timeout=WAIT_S, write_timeout=0, exclusive=True)
+
+    def receive(self) -> tuple[bytes, Address | None]:
+        if self._port is None:
+            self._port = self._opened()
+        first = self._port.read(1)
+        return first + self._port.read(self._port.in_waiting), None
+
+    def send(self, data: bytes, to: Address | None) -> None:
+        if self._port is None:
+            raise OSError('the device is gone')
+        self._port.write(data)
+
+    def drop(self) -> None:
+        self.close()
+
+    def close(self) -> None:
+        if self._port is not None:
+            self._port.close()
+            self._port = None

@@ -1,0 +1,243 @@
+"""The bridge between an autopilot and the graph."""
+
+from __future__ import annotations
+
+import math
+import sys
+import time
+
+from geometry_msgs.msg import PoseStamped, TwistStamped
+from rclpy.callback_groups import ReentrantCallbackGroup
+from rclpy.clock import Clock, ClockType
+from rclpy.node import Node
+from rclpy.task import Future
+from sensor_msgs.msg import BatteryState
+from std_srvs.srv import SetBool, Trigger
+
+from advise_msgs.msg import VehicleStatus
+from advise_ros.config import MavlinkBridgeConfig
+from advise_ros.core import guard
+from advise_ros.mavlink.companion import Companion, Settings, Status
+from advise_ros.mavlink.link import Link, Received
+from advise_ros.mavlink.requests import Goal, Request
+from advise_ros.mavlink.stamps import Stamper
+from advise_ros.mavlink.vehicle import Attitude, Battery, Motion
+from advise_ros.nodes.guard import CommandBox, load_limits
+from advise_ros.ros import diagnostics, parameters, qos, run
+from advise_ros.ros.convert import MAP_FRAME, stamp_from_ns
+from advise_ros.ros.diagnostics import Diagnostics
+
+STATUS_PERIOD_S = 1.0
+
+
+class MavlinkBridge(Node):
+    """MAVLink <-> ROS for one autopilot, and the last guard before the vehicle.
+
+    Publishes `pose` (PoseStamped, ENU, frame map), `vehicle_status` and `battery_state`. Flies `cmd_vel`
+    (TwistStamped, frame map) as velocity setpoints while the vehicle is in the air in GUIDED mode; every
+    command passes the guard first (frame, numbers, age, speed, fence). A stale command becomes zero
+    velocity. A mode that somebody else sets is respected: nothing is sent until take-off is asked again.
+
+    Services: `mavlink_bridge/arm` (std_srvs/SetBool), `mavlink_bridge/takeoff` and `mavlink_bridge/land`
+    (std_srvs/Trigger). They begin the action and say at once whether the autopilot accepts, in its words;
+    `vehicle_status` shows the progress.
+
+    Example:
+      ros2 run advise_ros mavlink_bridge --ros-args -p url:=udpin:127.0.0.1:14550 -p grid_file:=config/grid_6x6.yaml
+      ros2 service call mavlink_bridge/takeoff std_srvs/srv/Trigger
+    """
+
+    def __init__(self) -> None:
+        super().__init__('mavlink_bridge')
+        self.config = parameters.load(self, MavlinkBridgeConfig)
+        self._limits, grid = load_limits(self.config)
+        self._altitude_m = self.config.takeoff_altitude_m or (grid.altitude_m if grid else 0.0)
+        self._companion = Companion(Settings(
+            system_id=self.config.system_id, pose_rate_hz=self.config.pose_rate_hz,
+            heartbeat_timeout_s=self.config.heartbeat_timeout_s, ready_timeout_s=self.config.ready_timeout_s,
+        ))
+        use_sim_time = bool(self.get_parameter('use_sim_time').value)
+        self._stamper = Stamper(simulated=use_sim_time)
+        self._commands = CommandBox()
+        self._pending: list[tuple[Request, Future]] = []
+        self._status: Status | None = None
+        self._status_s = -math.inf
+        self._reason = ''
+        self._wake = self.create_guard_condition(self._on_link)
+        self._link = Link(
+            self.config.url, baud=self.config.baud, system_id=self.config.system_id,
+            component_id=self.config.component_id, wake=self._wake.trigger,
+        )
+        self._started = False
+        self._diagnostics = Diagnostics(self)
+        self._make_entities()
+
+    def _make_entities(self) -> None:
+        self._pose = self.create_publisher(PoseStamped, 'pose', qos.SENSOR)
+        self._battery = self.create_publisher(BatteryState, 'battery_state', qos.SENSOR)
+        self._vehicle_status = self.create_publisher(VehicleStatus, 'vehicle_status', qos.latched())
+        self.create_subscription(TwistStamped, 'cmd_vel', self._on_command, qos.COMMAND)
+        # A service that awaits the autopilot's answer would block the rest of an exclusive group.
+        group = ReentrantCallbackGroup()
+        self.create_service(SetBool, 'mavlink_bridge/arm', self._on_arm, callback_group=group)
+        self.create_service(Trigger, 'mavlink_bridge/takeoff', self._on_takeoff, callback_group=group)
+        self.create_service(Trigger, 'mavlink_bridge/land', self._on_land, callback_group=group)
+        self.create_timer(1.0 / self.config.rate_hz, self._on_tick, clock=Clock(clock_type=ClockType.STEADY_TIME))
+
+    # -- the link ----------------------------------------------------------------------------
+    def _on_link(self) -> None:
+        for received in self._link.poll():
+            self._take(received)
+        self._step(time.monotonic())
+
+    def _take(self, received: Received) -> None:
+        vehicle = self._companion.vehicle
+        motion, battery = vehicle.motion, vehicle.battery
+        if not self._companion.observe(received.message, received.at_s):
+            return
+        self._link.answer_to(received.source)
+        if vehicle.motion is not motion and vehicle.motion is not None:
+            self._publish_pose(vehicle.motion, vehicle.attitude)
+        if vehicle.battery is not battery and vehicle.battery is not None:
+            self._publish_battery(vehicle.battery)
+
+    def _step(self, now_s: float) -> None:
+        for message in self._companion.step(now_s, self._link.problem):
+            self._link.send(message)
+        self._answer_requests()
+        self._publish_status(now_s)
+
+    def _on_tick(self) -> None:
+        if not self._started:
+            self._started = True
+            self._link.start()
+        now_s = time.monotonic()
+        self._step(now_s)
+        self._command(now_s)
+        self._diagnose()
+
+    # -- commands ----------------------------------------------------------------------------
+    def _on_command(self, message: TwistStamped) -> None:
+        now_s = time.monotonic()
+        self._commands.put(message, now_s)
+        self._command(now_s)
+
+    def _command(self, now_s: float) -> None:
+        """Send what the guard lets through; nothing before the first command of a flight."""
+        if not self._companion.commandable(now_s):
+            self._commands.clear()
+            self._reason = ''
+            return
+        command = self._commands.command(now_s)
+        if command is None:
+            return
+        verdict = guard.check(command, self._position(now_s), self._limits)
+        self._reason = verdict.reason
+        self._send(verdict.velocity_enu_m_s, verdict.yaw_rate_rad_s, now_s)
+
+    def _position(self, now_s: float) -> guard.Position | None:
+        motion = self._companion.vehicle.motion
+        return None if motion is None else guard.Position(motion.position_enu_m, MAP_FRAME, now_s - motion.at_s)
+
+    def _send(self, velocity: guard.Vector, yaw_rate: float, now_s: float) -> None:
+        setpoint = self._companion.setpoint(velocity, yaw_rate, now_s)
+        if setpoint is not None:
+            self._link.send(setpoint)
+
+    # -- services ----------------------------------------------------------------------------
+    async def _on_arm(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
+        return await self._ask(Goal.ARM if request.data else Goal.DISARM, response)
+
+    async def _on_takeoff(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        if self._altitude_m <= 0.0:
+            response.success = False
+            response.message = "take-off refused: its altitude is unknown; set the parameter 'takeoff_altitude_m' or 'grid_file'"
+            return response
+        return await self._ask(Goal.TAKEOFF, response)
+
+    async def _on_land(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        return await self._ask(Goal.LAND, response)
+
+    async def _ask(self, goal: Goal, response: Trigger.Response) -> Trigger.Response:
+        now_s = time.monotonic()
+        asked = self._companion.ask(goal, now_s, self._altitude_m)
+        answered: Future = Future()
+        self._pending.append((asked, answered))
+        self._step(now_s)
+        reply = await answered
+        response.success, response.message = reply
+        self.get_logger().info(f'{goal.value}: {reply.message}')
+        return response
+
+    def _answer_requests(self) -> None:
+        for asked, answered in self._pending:
+            if asked.reply is not None:
+                answered.set_result(asked.reply)
+        self._pending = [(asked, answered) for asked, answered in self._pending if asked.reply is None]
+
+    # -- publishing --------------------------------------------------------------------------
+    def _publish_pose(self, motion: Motion, attitude: Attitude | None) -> None:
+        stamp_ns = self._stamper.stamp_ns(motion.time_boot_ms, self.get_clock().now().nanoseconds)
+        if stamp_ns is None:
+            return
+        message = PoseStamped()
+        message.header.frame_id = MAP_FRAME
+        message.header.stamp = stamp_from_ns(stamp_ns)
+        position, orientation = message.pose.position, message.pose.orientation
+        position.x, position.y, position.z = motion.position_enu_m
+        orientation.x, orientation.y, orientation.z, orientation.w = quaternion_xyzw(attitude or Attitude(0.0, 0.0, 0.0))
+        self._pose.publish(message)
+
+    def _publish_battery(self, battery: Battery) -> None:
+        message = BatteryState(
+            voltage=battery.voltage_v, current=-battery.current_a, percentage=battery.remaining,
+            temperature=math.nan, charge=math.nan, capacity=math.nan, design_capacity=math.nan, present=True,
+        )
+        message.header.stamp = self.get_clock().now().to_msg()
+        self._battery.publish(message)
+
+    def _publish_status(self, now_s: float) -> None:
+        status = self._companion.status(now_s)
+        if status == self._status and now_s - self._status_s < STATUS_PERIOD_S:
+            return
+        self._status, self._status_s = status, now_s
+        message = VehicleStatus(**status._asdict())
+        message.header.frame_id = MAP_FRAME
+        message.header.stamp = self.get_clock().now().to_msg()
+        self._vehicle_status.publish(message)
+
+    def _diagnose(self) -> None:
+        status = self._status
+        if status is None:
+            return
+        fence = '' if self._limits.fence else 'the fence is off (no grid_file)'
+        sentences = [text for text in (
+            f'waiting for {status.waiting_for}' if status.waiting_for else '', self._reason, fence,
+        ) if text]
+        level = diagnostics.ERROR if not status.connected else diagnostics.WARN if sentences else diagnostics.OK
+        self._diagnostics.set(level, '; '.join(sentences) or 'flying' if status.commandable else '; '.join(sentences) or 'ready', {
+            'url': self.config.url, 'mode': status.mode, 'autopilot text': status.text,
+            'bytes that were no MAVLink': self._link.bad_bytes, 'messages not sent': self._link.unsent,
+            'messages refused for not being finite': self._companion.vehicle.refused_numbers,
+        })
+
+    def close(self) -> None:
+        """Stop the vehicle once if we were commanding it; the autopilot's time-out does the rest."""
+        if self._commands.command(time.monotonic()) is not None:
+            self._send(guard.ZERO, 0.0, time.monotonic())
+        self._link.close()
+
+
+def quaternion_xyzw(attitude: Attitude) -> tuple[float, float, float, float]:
+    """Roll, pitch, yaw about fixed axes to a unit quaternion (REP-103)."""
+    sr, cr = math.sin(attitude.roll_rad / 2), math.cos(attitude.roll_rad / 2)
+    sp, cp = math.sin(attitude.pitch_rad / 2), math.cos(attitude.pitch_rad / 2)
+    sy, cy = math.sin(attitude.yaw_rad / 2), math.cos(attitude.yaw_rad / 2)
+    return (
+        sr * cp * cy - cr * sp * sy, cr * sp * cy + sr * cp * sy,
+        cr * cp * sy - sr * sp * cy, cr * cp * cy + sr * sp * sy,
+    )
+
+
+def main() -> None:
+    sys.exit(run.run_node(MavlinkBridge, MavlinkBridgeConfig))
