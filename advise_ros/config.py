@@ -12,6 +12,7 @@ from collections.abc import Mapping
 from dataclasses import MISSING, Field, dataclass, field, fields
 from typing import Any, TypeVar
 
+from advise_ros.core.discretise import DiscretiseSettings
 from advise_ros.core.errors import InputError
 from advise_ros.core.seeking import SeekSettings
 
@@ -111,7 +112,17 @@ class RecorderConfig:
     hysteresis_m: float = param(0.2, 'how far past a border counts as the next cell', low=0.0, high=100.0)
     command_min_speed_m_s: float = param(0.1, 'slower commands have no direction', low=0.0, high=10.0)
     altitude_tolerance_m: float = param(1.0, 'samples further from the grid altitude are not on the route', low=0.1, high=1000.0)
-    max_gap_s: float = param(2.0, 'a longer gap between samples is noted in the audit', low=0.05, high=3600.0)
+    max_gap_s: float = param(
+        2.0, 'a longer gap between samples is noted in the audit, and cells skipped in it are not guessed', low=0.05, high=3600.0,
+    )
+    command_timeout_s: float = param(0.5, 'an older command says nothing about a move', low=0.05, high=60.0)
+    max_skip_cells: int = param(
+        3, 'cells skipped between two samples that are filled in along a straight line', low=0, high=1000,
+    )
+
+    def discretise_settings(self) -> DiscretiseSettings:
+        """The part that decides how samples become moves."""
+        return DiscretiseSettings(**{spec.name: getattr(self, spec.name) for spec in fields(DiscretiseSettings)})
 
 
 @dataclass(frozen=True)

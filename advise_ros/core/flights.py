@@ -6,10 +6,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from advise_ros.core.demonstration import EndReason
+from advise_ros.core.demonstration import Demonstration, EndReason
+from advise_ros.core.discretise import DiscretiseSettings, discretise
 from advise_ros.core.grid import Grid
 from advise_ros.core.samples import PoseSamples, Recording, VehicleEvent
 
+NS = 1_000_000_000
 # Shares of the grid's altitude: above the first a climb may be over, below the second a flight is.
 UP_SHARE, DOWN_SHARE = 0.75, 0.5
 
@@ -22,6 +24,52 @@ class Flight(NamedTuple):
 
     window_ns: tuple[int, int]
     end_reason: EndReason
+
+
+class Demonstrations(NamedTuple):
+    """What a recording gives, and one sentence about each flight that gives none."""
+
+    demonstrations: tuple[Demonstration, ...]
+    notes: tuple[str, ...]
+
+
+def demonstrations_of(
+    grid: Grid, recording: Recording, settings: DiscretiseSettings, *, first: int = 1, undivided: bool = False,
+) -> Demonstrations:
+    """All demonstrations of a recording, with ids 'flight-001' and so on from number `first`.
+
+    Args:
+        first: number of the first demonstration.
+        undivided: take the whole recording as one flight.
+
+    Raises:
+        InputError: the hysteresis is not below half a cell.
+    """
+    kept: list[Demonstration] = []
+    notes: list[str] = []
+    for flight in whole(recording) if undivided else split(grid, recording, settings.altitude_tolerance_m):
+        found = discretise(grid, recording, flight.window_ns, settings, name(first + len(kept)), flight.end_reason)
+        reason = why_not(found, manual=False)
+        if reason:
+            begin_s = (flight.window_ns[0] - int(recording.poses.stamps_ns[0])) / NS
+            notes.append(f'the flight {begin_s:.1f} s after the first position is no demonstration: {reason}')
+        else:
+            kept.append(found)
+    return Demonstrations(tuple(kept), tuple(notes))
+
+
+def name(number: int) -> str:
+    """Id of the demonstration with this number, counted from 1."""
+    return f'flight-{number:03}'
+
+
+def why_not(demonstration: Demonstration, *, manual: bool) -> str:
+    """Why a flight gives no demonstration, '' if it does; `manual`: a person said when it ends."""
+    if not demonstration.states:
+        return '; '.join(('it has no move from cell to cell', *demonstration.audit.notes))
+    if demonstration.end_reason == EndReason.STOPPED and not manual:
+        return 'a policy took over before the final waypoint'
+    return ''
 
 
 def flown_altitude_m(grid: Grid, altitude_tolerance_m: float) -> float:
