@@ -225,6 +225,7 @@ class SimulatorConfig:
     endpoint: str = param('udpout:127.0.0.1:14550', 'udpout:host:port, udpin:host:port or tcpin:host:port')
     speedup: float = param(1.0, 'simulated seconds a second; 0: as fast as it goes', low=0.0, high=1000.0)
     publish_clock: bool = param(True, 'publish /clock')
+    clock_rate_hz: float = param(100.0, 'most /clock messages a second (steady time)', low=1.0, high=1000.0)
     ready_after_s: float = param(42.0, 'simulated time until it may be armed', low=0.0, high=600.0)
     step_s: float = param(0.025, 'physics step', low=0.001, high=0.05)
     start_east_m: float = param(0.0, 'start position, east', low=-1e5, high=1e5)

@@ -20,7 +20,6 @@ from advise_ros.sim.pacing import Pacer
 FASTEST_TIMER_S, SLOWEST_TIMER_S = 0.001, 0.005
 # A callback hands control back after this long, so that signals and diagnostics are served.
 LONGEST_TURN_NS = 10_000_000
-CLOCK_PERIOD_NS = 10_000_000
 
 
 class SimulatorNode(Node):
@@ -40,6 +39,7 @@ class SimulatorNode(Node):
         self._autopilot = Autopilot(self.config, np.random.default_rng(self.config.seed))
         self._link = Link(self.config.endpoint, self.config.system_id, COMPONENT_ID)
         self._pacer = Pacer(self.config.speedup, round(self.config.step_s * 1e9))
+        self._clock_period_ns = round(1e9 / self.config.clock_rate_hz)
         self._clock_sent_ns = 0
         self._clock_publisher = self.create_publisher(ClockMessage, '/clock', qos.COMMAND) if self.config.publish_clock else None
         self._diagnostics = Diagnostics(self)
@@ -68,7 +68,7 @@ class SimulatorNode(Node):
             self._link.send(self._autopilot.receive(message))
 
     def _publish_clock(self, steady_ns: int) -> None:
-        if self._clock_publisher is not None and steady_ns - self._clock_sent_ns >= CLOCK_PERIOD_NS:
+        if self._clock_publisher is not None and steady_ns - self._clock_sent_ns >= self._clock_period_ns:
             self._clock_sent_ns = steady_ns
             self._clock_publisher.publish(ClockMessage(clock=convert.stamp_from_ns(self._autopilot.vehicle.now_ns)))
 

@@ -37,15 +37,17 @@ class Airframe(Multirotor):  # type: ignore[misc]  # RotorPy has no types
             t_step: seconds.
         """
         wanted = np.clip(self.get_cmd_motor_speeds(state, control), self.rotor_speed_min, self.rotor_speed_max)
-        after = self._unpack_state(self._kutta(self._pack_state(state), wanted, t_step))
+        after: Body = self._unpack_state(self._kutta(self._pack_state(state), wanted, t_step))
         after['q'] = after['q'] / np.linalg.norm(after['q'])
         after['rotor_speeds'] = np.clip(after['rotor_speeds'], self.rotor_speed_min, self.rotor_speed_max)
-        return self._handle_vehicle_on_ground(after) if self._on_ground(after) else after
+        if self._on_ground(after):
+            after = self._handle_vehicle_on_ground(after)
+        return after
 
     def _kutta(self, now: Array, wanted_rotor_rad_s: Array, step_s: float) -> Array:
-        first = self._s_dot_fn(0.0, now, wanted_rotor_rad_s)
-        middle = self._s_dot_fn(0.0, now + 0.5 * step_s * first, wanted_rotor_rad_s)
-        last = self._s_dot_fn(0.0, now + step_s * (2.0 * middle - first), wanted_rotor_rad_s)
+        first: Array = self._s_dot_fn(0.0, now, wanted_rotor_rad_s)
+        middle: Array = self._s_dot_fn(0.0, now + 0.5 * step_s * first, wanted_rotor_rad_s)
+        last: Array = self._s_dot_fn(0.0, now + step_s * (2.0 * middle - first), wanted_rotor_rad_s)
         return now + step_s / 6.0 * (first + 4.0 * middle + last)
 
 

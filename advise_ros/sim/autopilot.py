@@ -11,6 +11,9 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from advise_ros.config import SimulatorConfig
 from advise_ros.sim import setpoints, telemetry
+from advise_ros.sim.failsafe import GROUND_STATION_SYSTEM_ID, GroundStationFailsafe
+from advise_ros.sim.modes import Mode
+from advise_ros.sim.parameters import Parameters
 from advise_ros.sim.telemetry import Streams
 from advise_ros.sim.vehicle import Outcome, Vehicle
 
@@ -38,18 +41,25 @@ class Autopilot:
         self.vehicle = Vehicle(config, rng)
         self.system_id = config.system_id
         self._streams = Streams()
+        self._parameters = Parameters(config)
+        self._failsafe = GroundStationFailsafe()
         self._handlers: dict[str, Callable[[Message], list[Message]]] = {
             'COMMAND_LONG': self._on_command_long,
             'COMMAND_INT': self._on_command_int,
             'SET_MODE': self._on_set_mode,
             'SET_POSITION_TARGET_LOCAL_NED': self._on_setpoint,
+            'HEARTBEAT': self._on_heartbeat,
+            'PARAM_REQUEST_LIST': lambda _: self._parameters.everything(),
+            'PARAM_REQUEST_READ': lambda message: self._parameters.read(message.param_id, message.param_index),
+            'PARAM_SET': self._on_param_set,
+            'TIMESYNC': self._on_timesync,
         }
         self._commands: dict[int, Callable[[Command], tuple[int, list[Message]]]] = {
             mavlink.MAV_CMD_COMPONENT_ARM_DISARM: self._arm_disarm,
             mavlink.MAV_CMD_DO_SET_MODE: self._do_set_mode,
             mavlink.MAV_CMD_NAV_TAKEOFF: lambda command: self._told(self.vehicle.take_off(command.params[6])),
-            mavlink.MAV_CMD_NAV_LAND: lambda _: self._mode(9),
-            mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH: lambda _: self._mode(6),
+            mavlink.MAV_CMD_NAV_LAND: lambda _: self._mode(Mode.LAND),
+            mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH: lambda _: self._mode(Mode.RTL),
             mavlink.MAV_CMD_SET_MESSAGE_INTERVAL: self._set_interval,
             mavlink.MAV_CMD_REQUEST_MESSAGE: self._request_message,
         }
@@ -57,6 +67,7 @@ class Autopilot:
     def step(self) -> list[Message]:
         """One tick; returns what is due to be sent."""
         self.vehicle.step()
+        self._watch_ground_station()
         texts = [_text(text) for text in self.vehicle.take_texts()]
         return texts + self._built(self._streams.due(self.vehicle.now_ns))
 
@@ -75,6 +86,26 @@ class Autopilot:
     def _built(self, message_ids: list[int]) -> list[Message]:
         built = (telemetry.BUILDERS[message_id](self.vehicle) for message_id in message_ids)
         return [message for message in built if message is not None]
+
+    def _watch_ground_station(self) -> None:
+        mode = self._failsafe.wanted(self._parameters['FS_GCS_ENABLE'], self._parameters['FS_GCS_TIMEOUT'], self.vehicle.now_s)
+        if mode is not None and self.vehicle.armed:
+            self.vehicle.say(f'Ground station lost: {mode.name}')
+            self._mode(mode)
+
+    def _on_heartbeat(self, message: Message) -> list[Message]:
+        if message.get_srcSystem() == GROUND_STATION_SYSTEM_ID:
+            self._failsafe.hear(self.vehicle.now_s)
+        return []
+
+    def _on_param_set(self, message: Message) -> list[Message]:
+        replies = self._parameters.set(message.param_id, message.param_value)
+        self.vehicle.flight.timeout_s = self._parameters['GUID_TIMEOUT']
+        return replies
+
+    def _on_timesync(self, message: Message) -> list[Message]:
+        asked = message.tc1 == 0
+        return [mavlink.MAVLink_timesync_message(self.vehicle.now_ns, message.ts1)] if asked else []
 
     def _on_setpoint(self, message: Message) -> list[Message]:
         state = self.vehicle.state

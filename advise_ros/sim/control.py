@@ -19,10 +19,11 @@ Array = NDArray[np.float64]
 
 GRAVITY_M_S2 = 9.81
 POSITION_GAIN_1_S = 1.0
-VELOCITY_GAIN_1_S = 3.0
-INTEGRAL_GAIN_1_S2 = 0.8
+VELOCITY_GAIN_1_S = np.array([4.0, 4.0, 6.0])
+INTEGRAL_GAIN_1_S2 = 0.5
 SHAPING_GAIN_1_S = 6.0
 REFERENCE_LEASH_M = 2.0
+FOLLOWING_S = np.array([0.15, 0.15, 0.08])
 INTEGRAL_LIMIT_M_S2 = 4.0
 TILT_LIMIT_RAD = math.radians(35.0)
 YAW_RATE_LIMIT_RAD_S = math.radians(60.0)
@@ -52,10 +53,15 @@ class Target(NamedTuple):
 
 
 class Reference(NamedTuple):
-    """Where the craft ought to be: position, velocity, acceleration (3,) and the integral of the velocity loop (3,)."""
+    """What the loops hold the craft to; all vectors (3,).
+
+    The shaped velocity and acceleration lead; the position and velocity that the craft is compared with follow them
+    by the time that a tilt takes, or the loops would make it overshoot to catch up with what it cannot do.
+    """
 
     position_enu_m: Array
     velocity_enu_m_s: Array
+    shaped_enu_m_s: Array
     acceleration_enu_m_s2: Array
     integral_m_s2: Array
     yaw_enu_rad: float
@@ -63,7 +69,7 @@ class Reference(NamedTuple):
 
 def at_rest(position_enu_m: Array, yaw_enu_rad: float) -> Reference:
     """A reference that stands still."""
-    return Reference(position_enu_m.copy(), np.zeros(3), np.zeros(3), np.zeros(3), yaw_enu_rad)
+    return Reference(position_enu_m.copy(), np.zeros(3), np.zeros(3), np.zeros(3), np.zeros(3), yaw_enu_rad)
 
 
 def limited(vector: Array, length: float) -> Array:
@@ -115,14 +121,16 @@ def advance(reference: Reference, target: Target, position_enu_m: Array, limits:
     """The reference one step later; it never runs further than a leash ahead of the craft."""
     wanted = wanted_velocity(target, reference.position_enu_m, limits)
     climb = target.climb_acceleration_m_s2 or limits.climb_acceleration_m_s2
-    velocity, acceleration = np.empty(3), np.empty(3)
+    shaped, acceleration = np.empty(3), np.empty(3)
     for axes, most in ((slice(0, 2), limits.acceleration_m_s2), (slice(2, 3), climb)):
-        velocity[axes], acceleration[axes] = shape(
-            reference.velocity_enu_m_s[axes], reference.acceleration_enu_m_s2[axes], wanted[axes],
+        shaped[axes], acceleration[axes] = shape(
+            reference.shaped_enu_m_s[axes], reference.acceleration_enu_m_s2[axes], wanted[axes],
             (most, limits.jerk_m_s3), step_s,
         )
+    velocity = reference.velocity_enu_m_s + (shaped - reference.velocity_enu_m_s) * np.minimum(step_s / FOLLOWING_S, 1.0)
     ahead = limited(reference.position_enu_m + velocity * step_s - position_enu_m, REFERENCE_LEASH_M)
-    return Reference(position_enu_m + ahead, velocity, acceleration, reference.integral_m_s2, _turned(reference, target, step_s))
+    yaw = _turned(reference, target, step_s)
+    return Reference(position_enu_m + ahead, velocity, shaped, acceleration, reference.integral_m_s2, yaw)
 
 
 def _turned(reference: Reference, target: Target, step_s: float) -> float:

@@ -9,7 +9,7 @@ from advise_ros.sim.modes import Mode
 from advise_ros.sim.quadcopter import State
 from advise_ros.sim.setpoints import Setpoint
 
-SPOOL_UP_S = 1.6
+SPOOL_UP_S = 1.9
 TAKEOFF_ACCELERATION_M_S2 = 1.0
 TAKEOFF_REACHED_M = 0.1
 LAND_M_S = 0.5

@@ -98,10 +98,8 @@ class UdpOut:
         while True:
             try:
                 data, sender = self._socket.recvfrom(READ_BYTES)
-            except BlockingIOError:
+            except OSError:  # nothing more to read
                 return messages
-            except OSError:  # nobody listens there (yet): the refusal comes back on the next read
-                continue
             heard = self._framer.datagram(data)
             if heard:
                 self._hear(sender)

@@ -21,7 +21,6 @@ class Pacer:
         self._done = 0
         self._window: tuple[int, int] | None = None
         self.achieved: float | None = None
-        self._lost_ns = 0
         self.falls_behind = False
 
     def due(self, steady_ns: int) -> int:
@@ -36,7 +35,6 @@ class Pacer:
         debt_ns = int(debt * self._step_ns / self.speedup)
         if debt_ns > MAX_DEBT_NS:
             self._anchor = (steady_ns, self._done)
-            self._lost_ns += debt_ns
             return 1
         return debt
 

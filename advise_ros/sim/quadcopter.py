@@ -15,6 +15,8 @@ from advise_ros.sim.wind import Wind
 
 Array = NDArray[np.float64]
 
+Command = dict[str, Array | float]
+
 CONTACT_M = 0.01
 
 
@@ -94,14 +96,17 @@ class Quadcopter:
     def _flying(self, state: State, target: Target | None, gust: Array) -> State:
         body = {**state.body, 'wind': self.wind.at(gust)}
         if target is None:
-            command, reference = {'cmd_thrust': 0.0, 'cmd_q': body['q']}, control.at_rest(body['x'], euler(body['q'])[2])
+            command: Command = {'cmd_thrust': 0.0, 'cmd_q': body['q']}
+            reference = control.at_rest(body['x'], euler(body['q'])[2])
         else:
             command, reference = self._commanded(state, target)
         return State(self.airframe.step(body, command, self.step_s), reference, gust)
 
-    def _commanded(self, state: State, target: Target) -> tuple[dict[str, Array | float], Reference]:
+    def _commanded(self, state: State, target: Target) -> tuple[Command, Reference]:
         body = state.body
         reference = control.advance(state.reference, target, body['x'], self.limits, self.step_s)
+        if state.touches_ground:  # What the ground holds back must not build up for the moment of lift-off.
+            reference = reference._replace(position_enu_m=body['x'], integral_m_s2=np.zeros(3))
         thrust, reference = control.thrust_acceleration(reference, body['x'], body['v'], self.step_s)
         up = Airframe.rotate_k(body['q'])
         force = self.airframe.mass * float(thrust @ up)

@@ -20,9 +20,9 @@ from advise_ros.sim.wind import Wind
 
 NS = 1_000_000_000
 DISARM_DELAY_S = 10.0
-LANDED_AFTER_S = 1.0
+# Contact until the landing is believed and the motors are stopped.
+LANDED_AFTER_S = 2.2
 AIRBORNE_M = 0.1
-DESCENDING_M_S = -0.1
 # A local position arrives well before the vehicle may be armed: it is no sign of readiness.
 POSITION_SHARE, FILTER_SHARE = 0.55, 0.9
 
@@ -88,6 +88,10 @@ class Vehicle:
         texts, self._texts = self._texts, []
         return texts
 
+    def say(self, text: str) -> None:
+        """Leave a text for `take_texts`."""
+        self._texts.append(text)
+
     def arm(self, *, force: bool = False) -> Outcome:
         """Start the motors; arming what is armed is accepted."""
         if self.armed:
@@ -116,7 +120,7 @@ class Vehicle:
 
     def _disarm(self) -> None:
         if self.armed:
-            self._texts.append('Disarming motors')
+            self.say('Disarming motors')
         self.armed = False
         self.flight.forget()
 
@@ -124,7 +128,7 @@ class Vehicle:
         """Change the flight mode."""
         mode = known(number)
         if mode is None:
-            return Outcome(False, f'Mode {number} is not simulated; known: {", ".join(f"{m.name} {m.value}" for m in Mode)}')
+            return Outcome(False, f'Mode {number} is not simulated')
         if mode is not self.mode:
             self.flight.enter(mode)
         return DONE
@@ -178,8 +182,8 @@ class Vehicle:
             self._idle()
 
     def _touch(self, target: Target | None) -> None:
-        if target is not None and target.velocity_enu_m_s[2] > DESCENDING_M_S and target.altitude_m is None:
-            self._contact_since_s = None
+        if target is not None and (target.velocity_enu_m_s[2] > 0.0 or (target.altitude_m or 0.0) > AIRBORNE_M):
+            self._contact_since_s = None  # it wants to climb
             return
         if self._contact_since_s is None:
             self._contact_since_s = self.now_s
@@ -197,5 +201,5 @@ class Vehicle:
 
     def _watch_battery(self) -> None:
         if self.battery.remaining <= 0.0 and self.armed and self.mode is not Mode.LAND:
-            self._texts.append('Battery empty: landing')
+            self.say('Battery empty: landing')
             self.set_mode(Mode.LAND)
