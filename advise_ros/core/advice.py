@@ -28,6 +28,7 @@ class Code(IntEnum):
     CONTRADICTION = 7
     BUDGET_SPENT = 8
     INVALID_VERDICT = 9
+    NOT_SAVED = 10
 
 
 @dataclass(frozen=True)

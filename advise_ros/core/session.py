@@ -156,8 +156,8 @@ class Session:
         reason = 'was taken back before' if known else 'was never given'
         return self._refuse(Code.ALREADY_ANSWERED if known else Code.UNKNOWN_QUERY, f'answer {advice_id} {reason}')
 
-    def restore(self, log: tuple[AdviceRecord, ...]) -> None:
-        """Go on with the log of an earlier session, instead of this one's.
+    def restore(self, log: tuple[AdviceRecord, ...], last_query_id: int = 0) -> None:
+        """Go on with the log of an earlier session, instead of this one's; its query ids are not used again.
 
         Raises:
             InputError: a record's state or action is not on this grid.
@@ -171,7 +171,7 @@ class Session:
             if _invalid(record.preferred) or _invalid(record.avoided):
                 raise InputError(f'answer {record.advice_id} of the restored log names an unknown action')
         self._log = tuple(log)
-        self._last_query_id = max((self._last_query_id, *(record.query_id for record in log)))
+        self._last_query_id = max((self._last_query_id, last_query_id, *(record.query_id for record in log)))
         self._learned = self._query = None
 
     # -- parts -------------------------------------------------------------------------------

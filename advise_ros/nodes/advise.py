@@ -1,0 +1,281 @@
+"""The learner's node: demonstrations and answers in, policy and questions out."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+
+from rclpy.callback_groups import ReentrantCallbackGroup
+from rclpy.clock import Clock, ClockType
+from rclpy.node import Node
+from rclpy.task import Future
+from std_srvs.srv import Trigger
+
+from advise_msgs import msg, srv
+from advise_ros.config import AdviseConfig
+from advise_ros.core.advice import Outcome, active
+from advise_ros.core.demonstration import Demonstration
+from advise_ros.core.errors import AdviseError
+from advise_ros.core.learn import Learned
+from advise_ros.core.session import Session
+from advise_ros.recording.demofile import load_demonstrations
+from advise_ros.recording.gridfile import load_grid
+from advise_ros.recording.savedsession import SavedSession
+from advise_ros.ros import calls, convert, convert_advice, diagnostics, parameters, preview, qos, run
+from advise_ros.ros.learner_topics import LearnerTopics
+from advise_ros.ros.worker import Finished, Worker
+from advise_ros.settings import learn_settings
+
+Status = msg.LearnerStatus
+
+
+class AdviseNode(Node):
+    """Learns a route from demonstrations, asks about what it is unsure of, and learns from the answers.
+
+    Listens to `demonstration`. Publishes `advise/policy`, `advise/query` (query id 0: nothing left to ask),
+    `advise/status`, `advise/advice_log`, and for RViz `advise/uncertainty` (per cell the highest U_s of its
+    layers, 100 = ln 4 nat), `advise/reward` (per cell the mean, 0 = -r_max, 50 = zero, 100 = +r_max) and
+    `advise/markers`; all latched.
+
+    Services: `advise/answer`, `advise/preview` (what an answer would change; commits nothing),
+    `advise/undo` (takes the last answer back) and `advise/retract` (takes one earlier answer back).
+
+    It learns in a thread beside, so services reply while it learns. With `session_file` every accepted
+    answer is on the disk before the service replies, and the next start goes on from there.
+
+    Example: ros2 run advise_ros advise --ros-args -p grid_file:=config/grid_6x6.yaml
+    """
+
+    def __init__(self) -> None:
+        super().__init__('advise')
+        self.config = parameters.load(self, AdviseConfig)
+        self._diagnostics = diagnostics.Diagnostics(self)
+        grid = load_grid(self.config.grid_file)
+        session = Session(grid, learn_settings(self.config), self.config.budget)
+        self._saved = SavedSession(session, self.config.session_file)
+        self._topics = LearnerTopics(self)
+        self._learned: Learned | None = None
+        self._learning = False
+        self._learning_size: tuple[int, int] = (0, 0)
+        self._failure = ''
+        self._failed_at: tuple[int, int] | None = None
+        self._refused = ''
+        self._solve_s = 0.0
+        self._wake = self.create_guard_condition(lambda: self._worker.deliver())
+        self._worker = Worker(self._wake.trigger)
+        self._quiet = self.create_timer(
+            max(self.config.learn_idle_s, 1e-3), self._on_quiet,
+            clock=Clock(clock_type=ClockType.STEADY_TIME), autostart=False,
+        )
+        self._tell_restored()
+        self._load_file()
+        self._listen()
+        self._learn()
+
+    @property
+    def _session(self) -> Session:
+        return self._saved.session
+
+    def close(self) -> None:
+        self._worker.close()
+        self._saved.close()
+
+    def _listen(self) -> None:
+        self.create_subscription(msg.Demonstration, 'demonstration', self._on_demonstration, qos.DEMONSTRATIONS)
+        self.create_service(srv.AnswerQuery, 'advise/answer', self._on_answer)
+        self.create_service(Trigger, 'advise/undo', self._on_undo)
+        self.create_service(srv.RetractAdvice, 'advise/retract', self._on_retract)
+        # A preview waits for the worker; in a group of its own it holds up nobody.
+        self.create_service(
+            srv.PreviewAnswer, 'advise/preview', self._on_preview, callback_group=ReentrantCallbackGroup(),
+        )
+
+    # -- start -------------------------------------------------------------------------------
+    def _tell_restored(self) -> None:
+        loaded = self._saved.loaded
+        for entry in loaded.entries:
+            self._topics.advice(entry.record, entry.stamp_ns)
+        for sentence in loaded.dropped:
+            self.get_logger().warning(f'session file {self.config.session_file}: {sentence}')
+        if loaded.entries:
+            self.get_logger().info(f'{len(loaded.entries)} entries of the advice log restored from {self.config.session_file}')
+
+    def _load_file(self) -> None:
+        if not self.config.demonstrations_file:
+            return
+        for demonstration in load_demonstrations(self.config.demonstrations_file, self._session.grid):
+            self._session.add(demonstration)
+            self._topics.demonstration(demonstration)
+
+    # -- demonstrations ----------------------------------------------------------------------
+    def _on_demonstration(self, message: msg.Demonstration) -> None:
+        try:
+            demonstration = convert.demonstration_from_msg(message)
+            if self._known(demonstration):
+                return
+            self._session.add(demonstration)
+        except (AdviseError, ValueError) as problem:
+            self._refused = f'Demonstration {message.demonstration_id!r} was refused: {problem}.'
+            self.get_logger().warning(self._refused)
+            self._tell()
+            return
+        self._refused = ''
+        self.get_logger().info(f'demonstration {demonstration.demonstration_id}: {len(demonstration.states)} moves')
+        if self.config.learn_when == 'idle':
+            self._quiet.reset()
+        else:
+            self._learn()
+
+    def _known(self, new: Demonstration) -> bool:
+        """It was heard before: its publisher came back, or it is our own, from the file."""
+        return any(
+            (old.demonstration_id, old.states, old.actions, old.stamps_ns)
+            == (new.demonstration_id, new.states, new.actions, new.stamps_ns)
+            for old in self._session.demonstrations
+        )
+
+    def _on_quiet(self) -> None:
+        self._quiet.cancel()
+        self._learn()
+
+    # -- learning ----------------------------------------------------------------------------
+    def _learn(self) -> None:
+        """Have the newest state learnt, unless the worker is at it already: it comes back here when done."""
+        enough = len(self._session.demonstrations) >= self.config.demonstrations_min
+        work = self._session.snapshot() if enough and not self._learning and self._failed_at != self._size else None
+        if work is not None:
+            self._learning, self._learning_size = True, self._size
+            self._worker.submit(work.run, self._on_learned)
+        self._tell()
+
+    @property
+    def _size(self) -> tuple[int, int]:
+        """What there is to learn from; both only grow."""
+        return len(self._session.demonstrations), len(self._session.log)
+
+    def _on_learned(self, finished: Finished) -> None:
+        self._learning = False
+        if finished.error is not None:
+            self._on_failure(finished.error)
+        elif self._session.adopt(finished.value):
+            self._failure, self._failed_at, self._solve_s = '', None, finished.seconds
+            self._publish(finished.value)
+        self._learn()
+
+    def _on_failure(self, error: Exception) -> None:
+        """The policy and the session stay as they are; the next demonstration or answer tries again."""
+        reason = str(error) if isinstance(error, AdviseError) else f'{type(error).__name__}: {error}'
+        self._failure = f'Learning failed: {reason}. The policy stays as it was; a demonstration, an answer or advise/undo tries again.'
+        self._failed_at = self._learning_size
+        self.get_logger().error(self._failure)
+
+    def _publish(self, learned: Learned) -> None:
+        self._learned = learned
+        if learned.query is not None:
+            self._note_asked(learned.query.query_id)
+        self._topics.learned(learned, self._session.budget_left)
+        self.get_logger().info(
+            f'policy {learned.version} from {learned.n_demonstrations} demonstrations and '
+            f'{learned.log_length} log entries in {self._solve_s:.3f} s'
+        )
+        self.get_logger().info(self._question())
+
+    def _note_asked(self, query_id: int) -> None:
+        try:
+            self._saved.note_asked(query_id)
+        except AdviseError as problem:
+            self.get_logger().warning(f'{problem}; after a restart query id {query_id} may be used again')
+
+    # -- services ----------------------------------------------------------------------------
+    def _on_answer(self, request: srv.AnswerQuery.Request, response: srv.AnswerQuery.Response) -> srv.AnswerQuery.Response:
+        answer = convert_advice.answer_from_request(request)
+        outcome = self._commit(lambda session: session.tell(answer))
+        self.get_logger().info(f'answer to query {answer.query_id}: {outcome.message}')
+        return convert_advice.fill_answer(response, outcome)
+
+    def _on_undo(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        outcome = self._commit(lambda session: session.undo())
+        response.success, response.message = outcome.accepted, outcome.message
+        return response
+
+    def _on_retract(self, request: srv.RetractAdvice.Request, response: srv.RetractAdvice.Response) -> srv.RetractAdvice.Response:
+        outcome = self._commit(lambda session: session.retract(int(request.advice_id)))
+        response.success, response.message = outcome.accepted, outcome.message
+        return response
+
+    def _commit(self, act: Callable[[Session], Outcome]) -> Outcome:
+        """An accepted record is on the disk, then in the advice log, then learnt from."""
+        stamp_ns = self._topics.now_ns()
+        outcome = self._saved.commit(act, stamp_ns)
+        if outcome.record is not None:
+            self._topics.advice(outcome.record, stamp_ns)
+            self._learn()
+        return outcome
+
+    async def _on_preview(
+        self, request: srv.PreviewAnswer.Request, response: srv.PreviewAnswer.Response,
+    ) -> srv.PreviewAnswer.Response:
+        work, before = self._session.preview(convert_advice.answer_from_request(request)), self._learned
+        if isinstance(work, Outcome) or before is None:
+            return preview.fill_refused(response, work)
+        done: Future = Future()
+        self._worker.submit(work.run, done.set_result)
+        finished = await done
+        if finished.error is not None:
+            response.valid, response.message = False, f'The answer could not be tried: {finished.error}.'
+            return response
+        return preview.fill_preview(response, before, finished.value, finished.seconds)
+
+    # -- what people read --------------------------------------------------------------------
+    def _tell(self) -> None:
+        """Status and diagnostics as things stand."""
+        phase, sentence = self._phase()
+        notes = self._notes()
+        text = ' '.join([*notes, sentence])
+        self._topics.status(self._status(phase, text))
+        level = diagnostics.ERROR if phase == Status.FAILED else diagnostics.OK
+        if level == diagnostics.OK and (phase == Status.WAITING_FOR_DEMONSTRATIONS or notes):
+            level = diagnostics.WARN
+        self._diagnostics.set(level, text.splitlines()[0], {'demonstrations': self._size[0], 'log entries': self._size[1]})
+
+    def _notes(self) -> list[str]:
+        """What is not as it should be, though work goes on; a sentence each."""
+        notes = [self._refused] if self._refused else []
+        notes += [f'Session file {self.config.session_file}: {sentence}.' for sentence in self._saved.loaded.dropped]
+        if self._learned is not None and self._learned.contradictions:
+            sentence = calls.cannot_hold(self._learned.contradictions)
+            notes.append(f'{sentence.capitalize()}; advise/retract takes one back.')
+        return notes
+
+    def _phase(self) -> tuple[int, str]:
+        n_demonstrations, n_log = self._size
+        if self._learning:
+            return Status.LEARNING, f'Learning from {n_demonstrations} demonstrations and {n_log} log entries.'
+        if self._failure:
+            return Status.FAILED, self._failure
+        if self._learned is None:
+            topic = self.resolve_topic_name('demonstration')
+            wanted = self.config.demonstrations_min
+            return Status.WAITING_FOR_DEMONSTRATIONS, f'Waiting for demonstrations on {topic}: {n_demonstrations} of {wanted}.'
+        return (Status.DONE if self._session.query is None else Status.ASKING), self._question()
+
+    def _question(self) -> str:
+        query = self._session.query
+        if query is None:
+            return convert_advice.nothing_to_ask(self._session.budget_left)
+        how = calls.how_to_answer(self.resolve_service_name('advise/answer'), self.get_namespace(), query.query_id)
+        return f'{query.question}\n{how}'
+
+    def _status(self, phase: int, text: str) -> Status:
+        query, learned = self._session.query, self._learned
+        return Status(
+            phase=phase, policy_version=learned.version if learned else 0,
+            demonstrations=self._size[0], answers=len(active(self._session.log)),
+            query_id=query.query_id if query else 0, budget_left=self._session.budget_left,
+            solve_s=self._solve_s, objective=learned.objective if learned else 0.0,
+            contradictions=list(learned.contradictions) if learned else [], message=text,
+        )
+
+
+def main() -> None:
+    sys.exit(run.run_node(AdviseNode, AdviseConfig))

@@ -1,0 +1,33 @@
+"""Words for people: what to type for the open question, with the `ros2` command and without."""
+
+from __future__ import annotations
+
+EXAMPLE = "here for 'EAST is right, the others are wrong'; actions: 0 NORTH, 1 EAST, 2 SOUTH, 3 WEST"
+
+
+def service_call(service: str, query_id: int) -> str:
+    """A `ros2 service call` line; `service` is the resolved name."""
+    request = f"{{query_id: {query_id}, verdict: 0, preferred: [1], avoided: [0, 2, 3], expert_id: 'anna'}}"
+    return f'ros2 service call {service} advise_msgs/srv/AnswerQuery "{request}"'
+
+
+def answer_command(namespace: str, query_id: int) -> str:
+    """The `./advise answer` line; `namespace` is the learner's."""
+    tail = '' if namespace == '/' else f' --ros-args -r __ns:={namespace}'
+    return f'./advise answer --query {query_id} --prefer east --avoid north,south,west{tail}'
+
+
+def how_to_answer(service: str, namespace: str, query_id: int) -> str:
+    """Both lines, as a person needs them."""
+    return '\n'.join((
+        f'To answer query {query_id} ({EXAMPLE}):',
+        f'  {service_call(service, query_id)}',
+        f'  {answer_command(namespace, query_id)}',
+    ))
+
+
+def cannot_hold(contradictions: tuple[int, ...]) -> str:
+    """About advice ids that `Learned.contradictions` names."""
+    if len(contradictions) == 1:
+        return f'answer {contradictions[0]} cannot hold in all of its states'
+    return f'answers {", ".join(map(str, contradictions))} cannot all hold in all of their states'

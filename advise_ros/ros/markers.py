@@ -1,0 +1,111 @@
+"""The open question as RViz markers: its cells lit, the policy's arrows of its layers, the waypoints numbered."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from geometry_msgs.msg import Point
+from std_msgs.msg import ColorRGBA
+from visualization_msgs.msg import Marker, MarkerArray
+
+from advise_ros.core.advice import Query
+from advise_ros.core.grid import ACTION_STEP, Grid
+from advise_ros.core.learn import Learned
+from advise_ros.ros.convert import MAP_FRAME, stamp_from_ns
+
+# One colour a layer (the next waypoint), repeated when there are more; a palette that colour-blind people tell apart.
+LAYER_COLOURS = ((0.90, 0.62, 0.0), (0.34, 0.71, 0.91), (0.0, 0.62, 0.45), (0.80, 0.47, 0.65), (0.94, 0.89, 0.26))
+WHITE = (1.0, 1.0, 1.0)
+GREY = (0.35, 0.35, 0.35)
+# Layers are drawn above each other, this share of a cell apart.
+LAYER_GAP = 0.08
+
+
+def question_markers(learned: Learned, query: Query | None, stamp_ns: int) -> MarkerArray:
+    """Every marker anew, behind one that deletes what was there."""
+    grid = learned.grid
+    layers = sorted({grid.next_waypoint(state) for state in query.states}) if query else list(range(grid.n_layers))
+    markers = [Marker(action=Marker.DELETEALL)]
+    markers += [_lit(grid, layer, query.states) for layer in layers] if query else []
+    markers += [_arrows(learned, layer) for layer in layers]
+    markers += [_blocked(grid)] if grid.blocked else []
+    for index in range(grid.n_layers):
+        markers += [_waypoint(grid, index), _number(grid, index)]
+    for marker in markers:
+        marker.header.frame_id, marker.header.stamp = MAP_FRAME, stamp_from_ns(stamp_ns)
+    return MarkerArray(markers=markers)
+
+
+def _marker(namespace: str, index: int, kind: int, colour: ColorRGBA) -> Marker:
+    out = Marker(ns=namespace, id=index, type=kind, action=Marker.ADD, color=colour)
+    out.pose.orientation.w = 1.0
+    return out
+
+
+def _lit(grid: Grid, layer: int, states: Iterable[int]) -> Marker:
+    """The question's cells of one layer as flat tiles."""
+    out = _marker('question', layer, Marker.CUBE_LIST, _layer_colour(layer, 0.55))
+    out.scale.x = out.scale.y = 0.9 * grid.resolution_m
+    out.scale.z = 0.02 * grid.resolution_m
+    out.points = [_centre(grid, grid.cell_of(s), layer) for s in states if grid.next_waypoint(s) == layer]
+    return out
+
+
+def _arrows(learned: Learned, layer: int) -> Marker:
+    """The greedy action of each cell of one layer: triangles that point where it leads."""
+    grid = learned.grid
+    out = _marker('policy', layer, Marker.TRIANGLE_LIST, _layer_colour(layer, 1.0))
+    out.scale.x = out.scale.y = out.scale.z = 1.0
+    for cell in range(grid.n_cells):
+        state = grid.state(layer, cell)
+        if not grid.is_terminal(state):
+            out.points.extend(_arrow(grid, cell, layer, int(learned.greedy[state])))
+    return out
+
+
+def _arrow(grid: Grid, cell: int, layer: int, action: int) -> list[Point]:
+    centre = _centre(grid, cell, layer)
+    dx, dy = (0.35 * grid.resolution_m * step for step in ACTION_STEP[action])
+    z = centre.z + 0.03 * grid.resolution_m
+    tip = Point(x=centre.x + dx, y=centre.y + dy, z=z)
+    left = Point(x=centre.x - dx / 2 - dy / 2, y=centre.y - dy / 2 + dx / 2, z=z)
+    right = Point(x=centre.x - dx / 2 + dy / 2, y=centre.y - dy / 2 - dx / 2, z=z)
+    return [tip, left, right]
+
+
+def _blocked(grid: Grid) -> Marker:
+    out = _marker('blocked', 0, Marker.CUBE_LIST, _colour(GREY, 0.9))
+    out.scale.x = out.scale.y = grid.resolution_m
+    out.scale.z = 0.5 * grid.resolution_m
+    out.points = [_centre(grid, cell, 0) for cell in grid.blocked]
+    return out
+
+
+def _waypoint(grid: Grid, index: int) -> Marker:
+    out = _marker('waypoints', index, Marker.SPHERE, _layer_colour(index, 0.9))
+    out.pose.position = _centre(grid, grid.waypoints[index], index)
+    out.scale.x = out.scale.y = out.scale.z = 0.3 * grid.resolution_m
+    return out
+
+
+def _number(grid: Grid, index: int) -> Marker:
+    """The waypoint's number, counted from 1 as people do; the last one is the final position."""
+    out = _marker('waypoint_numbers', index, Marker.TEXT_VIEW_FACING, _colour(WHITE, 1.0))
+    out.pose.position = _centre(grid, grid.waypoints[index], index)
+    out.pose.position.z += 0.5 * grid.resolution_m
+    out.scale.z = 0.4 * grid.resolution_m
+    out.text = f'{index + 1} (final)' if index == grid.n_layers - 1 else str(index + 1)
+    return out
+
+
+def _centre(grid: Grid, cell: int, layer: int) -> Point:
+    x, y = grid.centre_enu_m(cell)
+    return Point(x=x, y=y, z=grid.altitude_m + LAYER_GAP * layer * grid.resolution_m)
+
+
+def _layer_colour(layer: int, alpha: float) -> ColorRGBA:
+    return _colour(LAYER_COLOURS[layer % len(LAYER_COLOURS)], alpha)
+
+
+def _colour(rgb: tuple[float, float, float], alpha: float) -> ColorRGBA:
+    return ColorRGBA(r=rgb[0], g=rgb[1], b=rgb[2], a=alpha)

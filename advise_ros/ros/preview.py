@@ -1,0 +1,57 @@
+"""The reply of advise/preview: the policy as it is beside the policy as it would be."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from advise_msgs.srv import PreviewAnswer
+from advise_ros.config import PolicyConfig
+from advise_ros.core.advice import Code, Outcome
+from advise_ros.core.learn import Learned
+from advise_ros.core.rollout import Rollout, rollout, step_budget
+from advise_ros.ros import calls
+
+# As the policy node flies by default.
+BUDGET_FACTOR = PolicyConfig.step_budget_factor
+
+
+def fill_refused(response: PreviewAnswer.Response, outcome: Outcome) -> PreviewAnswer.Response:
+    response.valid, response.code, response.message = False, int(outcome.code), outcome.message
+    return response
+
+
+def fill_preview(
+    response: PreviewAnswer.Response, before: Learned, after: Learned, solve_s: float,
+) -> PreviewAnswer.Response:
+    """Routes are greedy, from the start state, within the default step budget."""
+    changed = np.flatnonzero(before.greedy != after.greedy)
+    response.valid, response.code = True, int(Code.OK)
+    response.changed_states = changed.tolist()
+    response.changed_actions = after.greedy[changed].tolist()
+    route_before, route_after = _route(before), _route(after)
+    response.route_before, response.route_after = list(route_before.states), list(route_after.states)
+    response.reaches_goal_before, response.reaches_goal_after = route_before.reached, route_after.reached
+    response.solve_s = solve_s
+    response.message = _in_words(len(changed), route_before, route_after, after.contradictions)
+    return response
+
+
+def _route(learned: Learned) -> Rollout:
+    start = learned.grid.start_state()
+    return rollout(learned.grid, learned.greedy.tolist(), start, step_budget(learned.grid, start, BUDGET_FACTOR))
+
+
+def _in_words(n_changed: int, before: Rollout, after: Rollout, contradictions: tuple[int, ...]) -> str:
+    changed = f'{n_changed} state{"s" if n_changed != 1 else ""} would get another action'
+    return '; '.join((changed, _reaching(before, after), *_against(contradictions))) + '.'
+
+
+def _reaching(before: Rollout, after: Rollout) -> str:
+    if after.reached:
+        return f'the route would {"still" if before.reached else "now"} reach the final waypoint, in {after.steps} steps'
+    progress = f'after {after.waypoints_reached} waypoint{"s" if after.waypoints_reached != 1 else ""}'
+    return f'the route would {"no longer" if before.reached else "still not"} reach the final waypoint, it ends {progress}'
+
+
+def _against(contradictions: tuple[int, ...]) -> tuple[str, ...]:
+    return (f'then {calls.cannot_hold(contradictions)}',) if contradictions else ()
