@@ -72,6 +72,14 @@ def why_not(demonstration: Demonstration, *, manual: bool) -> str:
     return ''
 
 
+def waypoints_reached(demonstration: Demonstration) -> int:
+    """How many waypoints, in their order, the vehicle entered."""
+    grid = demonstration.grid
+    if demonstration.end_reason == EndReason.FINAL_WAYPOINT:
+        return grid.n_layers
+    return grid.next_waypoint(demonstration.states[-1]) if demonstration.states else 0
+
+
 def flown_altitude_m(grid: Grid, altitude_tolerance_m: float) -> float:
     """A climbing vehicle at this altitude begins its route."""
     return max(grid.altitude_m - altitude_tolerance_m, UP_SHARE * grid.altitude_m)

@@ -53,7 +53,9 @@ class _Topics(NamedTuple):
     policy: str
 
 
-def read_bag(path: str | Path, topics: BagTopics = DEFAULT_TOPICS, progress: ProgressCallback | None = None) -> Recording:
+def read_bag(
+    path: str | Path, topics: BagTopics = DEFAULT_TOPICS, progress: ProgressCallback | None = None,
+) -> Recording:
     """The samples of one vehicle in a bag, in the bag's order, stamped by their headers.
 
     Args:
