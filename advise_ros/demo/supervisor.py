@@ -53,6 +53,7 @@ class Child:
     log_path: Path
     log_file: IO[bytes]
     may_end: bool
+    fatal: bool
 
     def last_lines(self) -> str:
         self.log_file.flush()
@@ -77,15 +78,15 @@ class Supervisor:
     def __exit__(self, *_: object) -> None:
         self.stop_all()
 
-    def start(self, name: str, command: Sequence[str], *, may_end: bool = False) -> Child:
-        """Start a process; `may_end`: its clean end is no failure."""
+    def start(self, name: str, command: Sequence[str], *, may_end: bool = False, fatal: bool = True) -> Child:
+        """Start a process; `may_end`: its clean end is no failure; not `fatal`: nor is any other end."""
         log_path = self._logs / f'{name}.log'
         log_file = log_path.open('ab')
         process = subprocess.Popen(
             list(command), stdin=subprocess.DEVNULL, stdout=log_file, stderr=subprocess.STDOUT,
             start_new_session=True, preexec_fn=_die_with_parent,  # noqa: PLW1509  one prctl, no locks
         )
-        child = Child(name, process, log_path, log_file, may_end)
+        child = Child(name, process, log_path, log_file, may_end, fatal)
         self._children.append(child)
         return child
 
@@ -100,7 +101,7 @@ class Supervisor:
         """Raise ChildDiedError when a child has ended that should run."""
         for child in self._children:
             code = child.process.poll()
-            if code is not None and not (child.may_end and code == 0):
+            if code is not None and child.fatal and not (child.may_end and code == 0):
                 how = f'was killed by {signal.Signals(-code).name}' if code < 0 else f'ended with exit code {code}'
                 raise ChildDiedError(f'{child.name} {how}; its last lines ({child.log_path}):\n{child.last_lines()}')
 

@@ -1,0 +1,163 @@
+"""The whole loop in one command: rough flights, a first policy, questions, a better policy, a replayed bag."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from advise_ros.config import AdviseConfig
+from advise_ros.core.errors import AdviseError, InputError
+from advise_ros.core.learn import learn
+from advise_ros.demo.console import DemoConsole
+from advise_ros.demo.graph import refuse_a_second_graph
+from advise_ros.demo.options import DemoOptions, node_config, share
+from advise_ros.demo.story import Session, Story
+from advise_ros.demo.summary import Outcome, page_values, rate, table
+from advise_ros.demo.supervisor import Child, Supervisor, executable
+from advise_ros.demo.trials import TrialPool, trial_settings
+from advise_ros.recording.gridfile import load_grid
+from advise_ros.report import page
+from advise_ros.ros.run import OK, VERDICT_NO, fail
+from advise_ros.settings import learn_settings
+
+EXAMPLES = """examples:
+  ./advise demo                        the whole story, about a minute
+  ./advise demo --expert human         you answer the questions yourself
+  ./advise demo --seed 7 --flights 8   another pilot, more demonstrations
+  make demo EXPERT=human SEED=7        the same through make
+"""
+COMPUTE_PATIENCE_S = 300.0
+# Another graph in this domain shows itself within this time.
+DISCOVERY_S = 0.5
+INTERRUPTED = 130
+
+
+def parse(argv: list[str] | None = None) -> DemoOptions:
+    """Options of the command line.
+
+    Raises:
+        InputError: a file does not exist or a number is out of range.
+    """
+    parser = argparse.ArgumentParser(
+        prog='demo', description=__doc__, epilog=EXAMPLES, formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument('--expert', choices=('simulated', 'human'), default='simulated', help='who answers')
+    parser.add_argument('--seed', type=int, default=0, help='seed of the pilot, the expert and the wind (default %(default)s)')
+    parser.add_argument('--flights', type=int, default=6, help='demonstrations to fly (default %(default)s)')
+    parser.add_argument('--answers', type=int, default=10, help='questions to answer (default %(default)s)')
+    parser.add_argument('--seeds-flown', type=int, default=3, help='learning sessions flown in the simulator (default %(default)s)')
+    parser.add_argument('--trials', type=int, default=100, help='seeds on the grid model (default %(default)s)')
+    parser.add_argument('--speedup', type=float, default=15.0, help='simulated seconds a second (default %(default)s)')
+    parser.add_argument('--grid', type=Path, default=share('grid_demo.yaml'), help='grid file')
+    parser.add_argument('--params-file', type=Path, default=share('demo.yaml'), help='node parameters')
+    parser.add_argument('--out', type=Path, default=None, help='directory of the results (default out/demo-DATE-TIME)')
+    given = parser.parse_args(argv)
+    for name, low in (('flights', 1), ('answers', 1), ('seeds_flown', 1), ('trials', 2)):
+        if getattr(given, name) < low:
+            raise InputError(f'--{name.replace("_", "-")} is {getattr(given, name)}; it must be {low} or more')
+    if not 0.1 <= given.speedup <= 100:
+        raise InputError(f'--speedup is {given.speedup}; it must be 0.1 to 100')
+    out = given.out or Path('out') / time.strftime('demo-%Y%m%d-%H%M%S')
+    if out.exists() and any(out.iterdir()):
+        raise InputError(f'{out} holds something already; name another directory by --out')
+    return DemoOptions(
+        given.expert, given.seed, given.flights, given.answers, given.seeds_flown, given.trials, given.speedup,
+        given.grid.resolve(), given.params_file.resolve(), out.resolve(),
+    )
+
+
+@dataclass(frozen=True)
+class Tools:
+    """What a run works with beside the story."""
+
+    supervisor: Supervisor
+    pool: TrialPool
+    console: DemoConsole
+
+
+def run(options: DemoOptions, console: DemoConsole) -> int:
+    """Run the story and report; returns the exit code."""
+    grid = load_grid(options.grid_file)
+    options.out.mkdir(parents=True, exist_ok=True)
+    pool = TrialPool()
+    try:
+        with Supervisor(options.out / 'logs') as supervisor:
+            story = Story(options, grid, supervisor, console)
+            try:
+                return _tell(options, story, Tools(supervisor, pool, console))
+            finally:
+                story.close()
+    finally:
+        pool.close()
+
+
+def _tell(options: DemoOptions, story: Story, tools: Tools) -> int:
+    time.sleep(DISCOVERY_S)
+    refuse_a_second_graph(story.client.node.get_node_names())
+    bag = options.out / 'bag'
+    story.start()
+    tools.pool.start(story.grid, trial_settings(options), range(options.seed, options.seed + options.trials))
+    sessions = [story.flown_session(bag)]
+    replay = tools.supervisor.start('replay', [str(executable('replay')), str(bag)], may_end=True, fatal=False)
+    for seed in range(options.seed + 1, options.seed + options.seeds_flown):
+        sessions.append(story.model_session(seed, options.out))
+    return _close(options, story, tools, sessions, replay)
+
+
+def _close(options: DemoOptions, story: Story, tools: Tools, sessions: list[Session], replay: Child) -> int:
+    """Wait for what still computes, write the report, print the table."""
+    with tools.console.bar('trials on the grid model', options.trials) as bar:
+        story.client.wait(
+            'the trials', lambda: bar.at(tools.pool.done) and tools.pool.done == options.trials, COMPUTE_PATIENCE_S,
+        )
+    code = replay.process.wait(COMPUTE_PATIENCE_S)
+    outcome = story_outcome(options, story, tools, sessions, code)
+    report = page.write(options.out / 'report.html', page_values(outcome))
+    tools.console.rich.print()
+    tools.console.rich.print(table(outcome))
+    tools.console.rich.print(f'Report: {report}\nBag:    {outcome.bag}\nLogs:   {options.out / "logs"}')
+    if code != OK:
+        tools.console.rich.print(f'[red]The bag does not replay:[/red]\n{replay.last_lines()}')
+    return OK if outcome.good else VERDICT_NO
+
+
+def story_outcome(options: DemoOptions, story: Story, tools: Tools, sessions: list[Session], replay_code: int) -> Outcome:
+    """All results of a run in one value."""
+    main_session = sessions[0]
+    settings = learn_settings(
+        replace(node_config(options.params_file, 'advise', AdviseConfig), grid_file='', seed=options.seed),
+    )
+    trials = tools.pool.results()
+    return Outcome(
+        sessions=sessions,
+        tracks=story.tracks,
+        log=main_session.log,
+        before=learn(story.grid, settings, main_session.demonstrations, ()),
+        after=learn(story.grid, settings, main_session.demonstrations, main_session.log),
+        rate_before=rate([trial.before for trial in trials]),
+        rate_after=rate([trial.after for trial in trials]),
+        answers_mean=sum(trial.answers for trial in trials) / len(trials),
+        first_trial_seed=options.seed,
+        replay_equal=replay_code == OK,
+        seconds=tools.console.seconds,
+        bag=options.out / 'bag',
+    )
+
+
+def main() -> None:
+    """Entry point of `demo`."""
+    try:
+        options = parse()
+        code = run(options, DemoConsole())
+    except InputError as problem:
+        code = fail(str(problem))
+    except AdviseError as problem:
+        print(f'error: {problem}', file=sys.stderr, flush=True)
+        code = VERDICT_NO
+    except KeyboardInterrupt:
+        print('stopped; every process of the demo has ended', file=sys.stderr, flush=True)
+        code = INTERRUPTED
+    sys.exit(code)

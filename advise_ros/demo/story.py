@@ -1,0 +1,214 @@
+"""The demo's story: fly rough demonstrations, learn, fail, ask, learn again, fly well, replay."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from advise_msgs.action import Fly
+from advise_msgs.msg import AdviceQuery, LearnerStatus
+from advise_ros.config import PilotConfig
+from advise_ros.core.advice import AdviceRecord
+from advise_ros.core.demonstration import Demonstration, EndReason
+from advise_ros.core.demonstrator import Demonstrator, demonstrate
+from advise_ros.core.errors import AdviseError
+from advise_ros.core.grid import Grid
+from advise_ros.demo.console import DemoConsole
+from advise_ros.demo.graph import DemoGraph
+from advise_ros.demo.options import DemoOptions, node_config
+from advise_ros.demo.supervisor import Child, Supervisor
+from advise_ros.demo.tracks import TrackLog
+from advise_ros.recording.demofile import save_demonstrations
+from advise_ros.report.pictures import Track
+from advise_ros.ros import convert, convert_advice
+from advise_ros.ros.graph_client import GraphClient
+
+STEP_PATIENCE_S = 60.0
+FLIGHT_PATIENCE_S = 300.0
+HUMAN_PATIENCE_S = 86_400.0
+
+
+@dataclass(frozen=True)
+class Flight:
+    """One flight of a learnt policy in the simulator."""
+
+    seed: int
+    policy: str
+    success: bool
+    steps: int
+    seconds: float
+    message: str
+
+
+@dataclass
+class Session:
+    """What one learning session left: the values that the report is made of."""
+
+    seed: int
+    demonstrations: tuple[Demonstration, ...] = ()
+    queries: dict[int, AdviceQuery] = field(default_factory=dict)
+    log: tuple[AdviceRecord, ...] = ()
+    flights: list[Flight] = field(default_factory=list)
+
+
+class Story:
+    """Runs the sessions one after another in one running graph."""
+
+    def __init__(self, options: DemoOptions, grid: Grid, supervisor: Supervisor, console: DemoConsole) -> None:
+        self._options = options
+        self.grid = grid
+        self._supervisor = supervisor
+        self._console = console
+        self._graph = DemoGraph(options, grid, supervisor)
+        self._track_log = TrackLog()
+        self.tracks: list[Track] = []
+        self.client = GraphClient('demo', supervisor.check)
+        self.client.on_pose = self._track_log.on_pose
+
+    def start(self) -> None:
+        """Start the simulated vehicle."""
+        self._graph.start_vehicle()
+
+    def close(self) -> None:
+        self.client.close()
+
+    # -- sessions ----------------------------------------------------------------------------
+    def flown_session(self, bag: Path) -> Session:
+        """The main session: its demonstrations are flown, and everything is recorded into the bag."""
+        session = Session(self._options.seed)
+        logger, recorder = self._graph.start_recording(bag)
+        learning = self._graph.start_learning(session.seed, None)
+        self._fly_demonstrations(session)
+        self._before_and_after(session)
+        self._supervisor.stop(logger)
+        self._supervisor.stop(recorder, *learning)
+        return session
+
+    def model_session(self, seed: int, directory: Path) -> Session:
+        """A further seed: demonstrations come from the grid model, the policies fly in the simulator."""
+        self.client.forget_session()
+        session = Session(seed, model_demonstrations(self._options, self.grid, seed))
+        path = directory / f'demonstrations-{seed}.json'
+        save_demonstrations(path, session.demonstrations)
+        learning = self._graph.start_learning(seed, path)
+        self._before_and_after(session)
+        self._supervisor.stop(*learning)
+        return session
+
+    def _fly_demonstrations(self, session: Session) -> None:
+        wanted = self._options.flights
+        pilot = self._graph.start_pilot()
+        with self._console.bar('demonstrations', wanted) as bar:
+            self.client.wait(
+                f'{wanted} demonstrations',
+                lambda: bar.at(len(self.client.demonstrations)) and len(self.client.demonstrations) >= wanted,
+                wanted * FLIGHT_PATIENCE_S,
+            )
+            self.client.wait('the end of the last demonstration', lambda: pilot.process.poll() is not None, FLIGHT_PATIENCE_S)
+        self._supervisor.check()
+        session.demonstrations = tuple(map(convert.demonstration_from_msg, self.client.demonstrations.values()))
+        for demonstration in session.demonstrations:
+            positions = self._track_log.between(*demonstration.window_ns)
+            reached = demonstration.end_reason == EndReason.FINAL_WAYPOINT
+            self.tracks.append(Track('demonstration', demonstration.demonstration_id, positions, reached))
+        moves = sum(len(demonstration.states) for demonstration in session.demonstrations)
+        self._console.say(f'{wanted} rough demonstrations flown and recorded, {moves} moves')
+
+    def _before_and_after(self, session: Session) -> None:
+        self._wait_for_policy(session)
+        self._fly_policy(session, 'before')
+        expert = self._start_expert(session)
+        patience = HUMAN_PATIENCE_S if expert is None else FLIGHT_PATIENCE_S
+        self.client.wait('the last answer', lambda: self._phase() == LearnerStatus.DONE, patience)
+        session.queries = dict(self.client.queries)
+        session.log = tuple(map(convert_advice.advice_from_msg, self.client.advice))
+        self._console.say(f'seed {session.seed}: {self._answers()} questions asked and answered')
+        self._fly_policy(session, 'after')
+        if expert is not None:
+            self._supervisor.stop(expert)
+
+    # -- learning ----------------------------------------------------------------------------
+    def _phase(self) -> int | None:
+        return self.client.learner.phase if self.client.learner is not None else None
+
+    def _answers(self) -> int:
+        return self.client.learner.answers if self.client.learner is not None else 0
+
+    def _wait_for_policy(self, session: Session) -> None:
+        def learnt() -> bool:
+            status = self.client.learner
+            if status is not None and status.phase == LearnerStatus.FAILED:
+                raise AdviseError(f'the learner failed: {status.message}')
+            return (
+                status is not None
+                and status.phase in (LearnerStatus.ASKING, LearnerStatus.DONE)
+                and status.demonstrations == len(session.demonstrations)
+                and status.policy_version in self.client.policies
+            )
+
+        self.client.wait('a policy learnt from all demonstrations', learnt, STEP_PATIENCE_S)
+
+    def _start_expert(self, session: Session) -> Child | None:
+        """The simulated expert, or for the main session a person who answers by service call."""
+        if self._options.expert == 'simulated' or session.seed != self._options.seed:
+            return self._graph.start_expert(session.seed)
+        self._console.say('[bold]Your turn:[/bold] the drone asks, you answer in another terminal.')
+        _HumanPrompt(self.client, self._console).install()
+        return None
+
+    # -- flying ------------------------------------------------------------------------------
+    def _fly_policy(self, session: Session, policy: str) -> None:
+        self.client.take_off(STEP_PATIENCE_S)
+        first = self._track_log.last_stamp_ns()
+        result = self.client.fly(self.grid.waypoints[-1], FLIGHT_PATIENCE_S)
+        positions = self._track_log.between(first, self._track_log.last_stamp_ns())
+        self.tracks.append(Track(policy, f'seed {session.seed}', positions, result.success))
+        session.flights.append(_flight(session.seed, policy, result))
+        mark = '[green]reached the end[/green]' if result.success else '[red]did not reach the end[/red]'
+        self._console.say(f'seed {session.seed}, {policy} advice: {mark} ({result.message})')
+        self.client.land(STEP_PATIENCE_S)
+
+
+def _flight(seed: int, policy: str, result: Fly.Result) -> Flight:
+    return Flight(seed, policy, bool(result.success), int(result.steps), float(result.seconds), str(result.message))
+
+
+def model_demonstrations(options: DemoOptions, grid: Grid, seed: int) -> tuple[Demonstration, ...]:
+    """As many demonstrations as are flown, from the same simulated pilot on the grid model."""
+    pilot = node_config(options.params_file, 'pilot', PilotConfig)
+    demonstrator = Demonstrator(grid, pilot.noise_rate, pilot.mistake_share, np.random.default_rng(seed))
+    return tuple(demonstrate(grid, demonstrator, index, pilot.max_moves) for index in range(options.flights))
+
+
+class _HumanPrompt:
+    """Prints each new question with the exact call that answers it."""
+
+    def __init__(self, client: GraphClient, console: DemoConsole) -> None:
+        self._client = client
+        self._console = console
+        self._shown = 0
+
+    def install(self) -> None:
+        self._client.node.create_timer(0.2, self._show)
+        self._show()
+
+    def _show(self) -> None:
+        query = self._client.query
+        if query is None or query.query_id in (0, self._shown):
+            return
+        self._shown = query.query_id
+        self._console.say(f'[bold]Question {query.query_id}:[/bold] {query.question}')
+        for line in answer_calls(query.query_id, self._client.node.resolve_service_name('advise/answer')):
+            self._console.rich.print(f'           {line}', markup=False)
+
+
+def answer_calls(query_id: int, service: str) -> tuple[str, str]:
+    """The two ways to answer a query by hand, as lines to type."""
+    request = f'{{query_id: {query_id}, verdict: 0, preferred: [1], avoided: [0, 2, 3], expert_id: me}}'
+    return (
+        f'./advise answer --query {query_id} --prefer east --avoid north,south,west',
+        f'ros2 service call {service} advise_msgs/srv/AnswerQuery "{request}"',
+    )
+
