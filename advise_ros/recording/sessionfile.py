@@ -94,7 +94,7 @@ class SessionFile:
         except OSError:
             file.close()
             raise InputError(f'session file {self.path}: another learner is writing it; name another file or stop that one') from None
-        return file  # type: ignore[return-value]
+        return file
 
     def _load(self) -> Loaded:
         self._file.seek(0)
@@ -199,7 +199,7 @@ def _record_from_json(values: dict[str, Any], grid: Grid) -> AdviceRecord:
         retracted=values['retracted'],
     )
     if not isinstance(record.retracted, bool):
-        raise ValueError('retracted is not true or false')
+        raise TypeError('retracted is not true or false')
     return record
 
 

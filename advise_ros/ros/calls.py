@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from advise_ros.core.advice import Answer, Verdict
+from advise_ros.core.grid import Action
+
 EXAMPLE = "here for 'EAST is right, the others are wrong'; actions: 0 NORTH, 1 EAST, 2 SOUTH, 3 WEST"
 
 
@@ -31,3 +34,11 @@ def cannot_hold(contradictions: tuple[int, ...]) -> str:
     if len(contradictions) == 1:
         return f'answer {contradictions[0]} cannot hold in all of its states'
     return f'answers {", ".join(map(str, contradictions))} cannot all hold in all of their states'
+
+
+def in_words(answer: Answer) -> str:
+    """E.g. 'query 3: prefer EAST, avoid NORTH and WEST'; actions must be valid."""
+    if answer.verdict != Verdict.ANSWER:
+        return f'query {answer.query_id}: {Verdict(answer.verdict).name}'
+    preferred, avoided = (' and '.join(Action(a).name for a in actions) for actions in (answer.preferred, answer.avoided))
+    return f'query {answer.query_id}: prefer {preferred}, avoid {avoided}'

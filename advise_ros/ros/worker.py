@@ -70,6 +70,6 @@ def _run(job: Job) -> Finished:
     begin = time.monotonic()
     try:
         value, error = job(), None
-    except Exception as problem:  # The executor's thread decides what a failure means.
+    except Exception as problem:  # noqa: BLE001  the executor's thread decides what a failure means.
         value, error = None, problem
     return Finished(value, error, time.monotonic() - begin)
