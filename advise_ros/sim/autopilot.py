@@ -155,7 +155,7 @@ class Autopilot:
         result, replies = self._told(self.vehicle.set_mode(number))
         if self.vehicle.mode is not before:
             # The new mode is seen with the next tick, a moment after the ACK.
-            self._streams.set(mavlink.MAVLINK_MSG_ID_HEARTBEAT, telemetry.NS, self.vehicle.now_ns + 1)
+            self._streams.hurry(mavlink.MAVLINK_MSG_ID_HEARTBEAT, self.vehicle.now_ns)
         return result, replies
 
     def _set_interval(self, command: Command) -> tuple[int, list[Message]]:

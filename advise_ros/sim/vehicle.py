@@ -23,6 +23,7 @@ DISARM_DELAY_S = 10.0
 # Contact until the landing is believed and the motors are stopped.
 LANDED_AFTER_S = 2.2
 AIRBORNE_M = 0.1
+HIGHEST_M = 1000.0
 # A local position arrives well before the vehicle may be armed: it is no sign of readiness.
 POSITION_SHARE, FILTER_SHARE = 0.55, 0.9
 
@@ -141,8 +142,8 @@ class Vehicle:
             return Outcome(False, 'Takeoff: not armed')
         if self.airborne:
             return Outcome(False, 'Takeoff: already in the air')
-        if not altitude_m > 0.0:
-            return Outcome(False, 'Takeoff: altitude must be above the ground')
+        if not 0.0 < altitude_m <= HIGHEST_M:
+            return Outcome(False, f'Takeoff: altitude must be 0 to {HIGHEST_M:g} m')
         self.flight.take_off(altitude_m, self.now_s)
         return DONE
 
