@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from advise_ros.core.cut import Cutter
 from advise_ros.core.demonstration import Demonstration, EndReason
 from advise_ros.core.discretise import DiscretiseSettings, discretise
 from advise_ros.core.grid import Grid
@@ -47,8 +48,10 @@ def demonstrations_of(
     """
     kept: list[Demonstration] = []
     notes: list[str] = []
+    cutter = Cutter(recording)
     for flight in whole(recording) if undivided else split(grid, recording, settings.altitude_tolerance_m):
-        found = discretise(grid, recording, flight.window_ns, settings, name(first + len(kept)), flight.end_reason)
+        part = cutter.cut(flight.window_ns)
+        found = discretise(grid, part, flight.window_ns, settings, name(first + len(kept)), flight.end_reason)
         reason = why_not(found, manual=False)
         if reason:
             begin_s = (flight.window_ns[0] - int(recording.poses.stamps_ns[0])) / NS
@@ -98,9 +101,9 @@ def split(grid: Grid, recording: Recording, altitude_tolerance_m: float) -> tupl
     policy takes over ends there; one that begins while a policy flies is not a demonstration.
     """
     times = _airborne(recording.events) if recording.events else _airborne_by_altitude(grid, recording.poses)
-    poses = _clean(recording.poses)
+    cutter = Cutter(recording)
     up_m = flown_altitude_m(grid, altitude_tolerance_m)
-    flights = (_from_altitude_on(poses, up_m, flight) for flight in times)
+    flights = (_from_altitude_on(_clean(cutter.cut(flight.window_ns).poses), up_m, flight) for flight in times)
     kept = (_before_policy(flight, recording.policy_ns) for flight in flights if flight is not None)
     return tuple(flight for flight in kept if flight is not None)
 

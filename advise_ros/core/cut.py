@@ -1,0 +1,45 @@
+"""Cut one window after the other out of a long recording without looking at all of it each time."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from advise_ros.core.samples import CommandSamples, PoseSamples, Recording
+
+LATEST_NS = np.iinfo(np.int64).max
+
+
+class Cutter:
+    """Cuts in O(log n); samples may have arrived in any order."""
+
+    def __init__(self, recording: Recording) -> None:
+        self._recording = recording
+        self._poses = _Index(recording.poses.stamps_ns)
+        self._commands = _Index(recording.commands.stamps_ns)
+
+    def cut(self, window_ns: tuple[int, int]) -> Recording:
+        """From the first to the last arrival with a stamp in the window, both ends included.
+
+        What arrived in between is kept whatever its stamp; the views share the recording's memory.
+        """
+        poses, commands = self._poses.between(window_ns), self._commands.between(window_ns)
+        whole = self._recording
+        return whole._replace(
+            poses=PoseSamples(whole.poses.stamps_ns[poses], whole.poses.positions_enu_m[poses]),
+            commands=CommandSamples(whole.commands.stamps_ns[commands], whole.commands.velocities_enu_m_s[commands]),
+        )
+
+
+class _Index:
+    """The newest stamp up to each arrival and the oldest one from it on: both ascend."""
+
+    def __init__(self, stamps_ns: npt.NDArray[np.int64]) -> None:
+        self._newest = np.maximum.accumulate(stamps_ns)
+        stamped = np.where(stamps_ns == 0, LATEST_NS, stamps_ns)
+        self._oldest = np.minimum.accumulate(stamped[::-1])[::-1]
+
+    def between(self, window_ns: tuple[int, int]) -> slice:
+        first = int(np.searchsorted(self._newest, window_ns[0], side='left'))
+        after = int(np.searchsorted(self._oldest, min(window_ns[1], int(LATEST_NS) - 1), side='right'))
+        return slice(first, max(first, after))
