@@ -1,0 +1,78 @@
+"""Stage 1: positions and commands -> demonstrations, and where the flights begin and end."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from advise_ros.config import RecorderConfig
+from advise_ros.core.demonstration import Demonstration, EndReason
+from advise_ros.core.discretise import discretise
+from advise_ros.core.flights import Flight, split
+from advise_ros.replay.session import Recorded, RecordedSession
+from advise_ros.replay.stage import Comparison, Stage, at
+from advise_ros.ros import convert
+
+
+def demonstration_stages(session: RecordedSession, comparison: Comparison) -> list[Stage]:
+    """Rebuild each demonstration within its window, and the windows from the vehicle's state."""
+    stage = Stage('demonstrations')
+    recorded = session.on('demonstration')
+    flown = [one for one in recorded if is_flown(one.value)]
+    if flown:
+        config = session.config(RecorderConfig, 'recorder')
+        for one in flown:
+            stage.count(comparison.difference(convert.demonstration_to_msg(_rebuilt(session, config, one.value)), one))
+    if len(flown) < len(recorded):
+        stage.notes.append(f'{len(recorded) - len(flown)} demonstrations were not flown in this bag and are taken as they are')
+    return [stage, *([_windows(session, config, flown)] if flown and config.split == 'flights' else [])]
+
+
+def is_flown(value: Any) -> bool:
+    """It was made from the topics of the bag, not on the grid model or from a file."""
+    return bool(value.audit.samples > 0)
+
+
+def _rebuilt(session: RecordedSession, config: RecorderConfig, value: Any) -> Demonstration:
+    published = convert.demonstration_from_msg(value)
+    return discretise(
+        published.grid,
+        session.recording._replace(source=published.source),
+        published.window_ns,
+        config.discretise_settings(),
+        published.demonstration_id,
+        published.end_reason,
+    )
+
+
+def _windows(session: RecordedSession, config: RecorderConfig, flown: list[Recorded]) -> Stage:
+    """Each demonstration must be one of the flights that the vehicle's state and altitude tell of."""
+    stage = Stage('flight windows')
+    grid = convert.grid_from_msg(flown[0].value.grid)
+    flights = split(grid, session.recording, config.altitude_tolerance_m)
+    cut = {flight: _cut(session, config, flown[0].value, flight) for flight in flights}
+    windows = {demonstration.window_ns[0]: demonstration for demonstration in cut.values()}
+    for one in flown:
+        published = convert.demonstration_from_msg(one.value)
+        stage.count(_window_difference(one, published, windows.get(published.window_ns[0]), flights))
+    if len(flights) > len(flown):
+        stage.notes.append(f'{len(flights) - len(flown)} flights have no demonstration: discarded, or no move was seen')
+    return stage
+
+
+def _cut(session: RecordedSession, config: RecorderConfig, value: Any, flight: Flight) -> Demonstration:
+    grid = convert.grid_from_msg(value.grid)
+    return discretise(grid, session.recording, flight.window_ns, config.discretise_settings(), '', flight.end_reason)
+
+
+def _window_difference(
+    one: Recorded, published: Demonstration, rebuilt: Demonstration | None, flights: tuple[Flight, ...],
+) -> str:
+    where = f'{one.message.topic} {published.demonstration_id}'
+    if rebuilt is None:
+        begins = ', '.join(at(flight.window_ns[0]) for flight in flights) or 'none'
+        return f'{where}: window_start is {at(published.window_ns[0])}, expected the beginning of a flight ({begins})'
+    if rebuilt.window_ns[1] != published.window_ns[1]:
+        return f'{where}: window_end is {at(published.window_ns[1])}, expected {at(rebuilt.window_ns[1])}'
+    if rebuilt.end_reason != published.end_reason:
+        return f'{where}: end_reason is {published.end_reason.name}, expected {EndReason(rebuilt.end_reason).name}'
+    return ''

@@ -1,0 +1,165 @@
+"""Stage 4: policy + positions -> the policy's flights and the commands that it gave."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from typing import NamedTuple
+
+from advise_ros.config import PolicyConfig
+from advise_ros.core.errors import InputError
+from advise_ros.core.mover import Pose
+from advise_ros.core.policy_flight import FlightPlan, Phase, PolicyFlight
+from advise_ros.replay.session import Recorded, RecordedSession
+from advise_ros.replay.stage import Comparison, Stage, at, stamp_of
+from advise_ros.ros import convert
+from advise_ros.ros.flying import velocity_command
+
+# A flight is ended from outside: the poses do not tell.
+FROM_OUTSIDE = (Phase.CANCELED, Phase.STOPPED)
+
+
+class Flight(NamedTuple):
+    """One flight of a policy as the bag tells of it.
+
+    Attributes:
+        statuses: from its beginning to its end, in order.
+        commands: stamped after the last pose before it, up to the last pose of it.
+    """
+
+    statuses: tuple[Recorded, ...]
+    commands: tuple[Recorded, ...]
+
+
+def flight_stages(session: RecordedSession, comparison: Comparison) -> list[Stage]:
+    """Fly each flight again by the poses that its commands name."""
+    commands, statuses = Stage('commands'), Stage('flight statuses')
+    found, others = _flights(session)
+    poses = _poses(session)
+    for flight in found:
+        try:
+            flown = _begun(session, flight)
+        except InputError as problem:
+            statuses.count(f'{_where(flight.statuses[0])}: {problem}')
+            continue
+        _fly(comparison, flight, flown, poses, (commands, statuses))
+    if others:
+        commands.notes.append(f'{others} commands of pilots and holds, outside the flights of a policy, are not rebuilt')
+    return [commands, statuses]
+
+
+def _flights(session: RecordedSession) -> tuple[list[Flight], int]:
+    """The flights, and how many commands belong to none."""
+    commands = session.on('cmd_vel')
+    found = []
+    for statuses in _by_flight(session.on('policy/status')):
+        first_ns, last_ns = stamp_of(statuses[0].value), stamp_of(statuses[-1].value)
+        if not Phase(statuses[-1].value.phase).over:
+            last_ns = max((stamp_of(one.value) for one in commands), default=last_ns)
+        mine = tuple(one for one in commands if first_ns < stamp_of(one.value) <= last_ns)
+        found.append(Flight(statuses, mine))
+    return found, len(commands) - sum(len(flight.commands) for flight in found)
+
+
+def _by_flight(statuses: tuple[Recorded, ...]) -> list[tuple[Recorded, ...]]:
+    """Statuses of each flight, from the one that begins it to the one that ends it."""
+    found: list[list[Recorded]] = []
+    under_way = False
+    for recorded in statuses:
+        phase = Phase(recorded.value.phase)
+        if not phase.over and not under_way:
+            found.append([])
+        if under_way or not phase.over:
+            found[-1].append(recorded)
+        under_way = not phase.over
+    return [tuple(flight) for flight in found]
+
+
+def _begun(session: RecordedSession, flight: Flight) -> PolicyFlight:
+    """The flight before its first pose.
+
+    Raises:
+        InputError: the bag does not hold its policy, or that cannot be flown.
+    """
+    config = session.config(PolicyConfig, 'policy')
+    return PolicyFlight(_plan(session, flight, config), config.seek_settings())
+
+
+def _fly(
+    comparison: Comparison, flight: Flight, flown: PolicyFlight, poses: dict[int, Pose], stages: tuple[Stage, Stage],
+) -> None:
+    commands, statuses = stages
+    due = defaultdict(list)
+    for one in flight.statuses[1:]:
+        due[stamp_of(one.value)].append(one)
+    for one in flight.commands:
+        stamp_ns = stamp_of(one.value)
+        pose = poses.get(stamp_ns)
+        if pose is None:
+            commands.count(_not_zero(one))
+            continue
+        rebuilt = velocity_command(flown.step(pose), stamp_ns)
+        commands.count(comparison.difference(rebuilt, one))
+        for status in due.pop(stamp_ns, ()):
+            _check_status(statuses, flown, status)
+    for left in (status for waiting in due.values() for status in waiting):
+        if Phase(left.value.phase) not in FROM_OUTSIDE and stamp_of(left.value) > stamp_of(flight.statuses[0].value):
+            statuses.count(f'{_where(left)}: no command bears this stamp, expected one')
+
+
+def _plan(session: RecordedSession, flight: Flight, config: PolicyConfig) -> FlightPlan:
+    first = flight.statuses[0]
+    version = int(first.value.policy_version)
+    policy = _policy(session, first, version)
+    if policy is None:
+        raise InputError(f'policy_version is {version}, expected one of the policies that the bag holds until then')
+    return FlightPlan(
+        convert.grid_from_msg(policy.value.grid),
+        tuple(int(action) for action in policy.value.greedy),
+        int(first.value.start_cell),
+        max(int(one.value.step_budget) for one in flight.statuses),
+        config.step_budget_factor,
+        config.stop_on_loop,
+    )
+
+
+def _policy(session: RecordedSession, first: Recorded, version: int) -> Recorded | None:
+    """The last policy of that version published before the flight."""
+    before = [
+        one for one in session.on('advise/policy')
+        if int(one.value.version) == version and one.message.publish_time_ns <= first.message.publish_time_ns
+    ]
+    return before[-1] if before else None
+
+
+def _poses(session: RecordedSession) -> dict[int, Pose]:
+    samples = session.recording.poses
+    rows = zip(samples.stamps_ns.tolist(), samples.positions_enu_m.tolist(), strict=True)
+    return {stamp_ns: Pose(stamp_ns, (x, y, z)) for stamp_ns, (x, y, z) in rows}
+
+
+def _not_zero(one: Recorded) -> str:
+    """A command that no pose made is the watchdog's, and must be zero."""
+    linear, angular = one.value.twist.linear, one.value.twist.angular
+    for name, value in (('linear.x', linear.x), ('linear.y', linear.y), ('linear.z', linear.z), ('angular.z', angular.z)):
+        if value != 0.0:
+            return f'{_where(one)}: {name} is {value!r}, expected 0.0: no pose bears this stamp, so it is the watchdog'
+    return ''
+
+
+def _check_status(statuses: Stage, flown: PolicyFlight, recorded: Recorded) -> None:
+    """Compare what follows from the poses; the end that a person or the vehicle made does not."""
+    if Phase(recorded.value.phase) in FROM_OUTSIDE:
+        return
+    expected = {
+        'phase': int(flown.phase), 'state': flown.state, 'steps': flown.steps,
+        'next_waypoint': flown.plan.grid.next_waypoint(flown.state),
+    }
+    wrong = (
+        f'{_where(recorded)}: {name} is {getattr(recorded.value, name)}, expected {value}'
+        for name, value in expected.items() if int(getattr(recorded.value, name)) != value
+    )
+    statuses.count(next(wrong, ''))
+
+
+def _where(recorded: Recorded) -> str:
+    return f'{recorded.message.topic} at {at(stamp_of(recorded.value))}'

@@ -1,0 +1,183 @@
+"""Stages 2 and 3: demonstrations and answers -> policies and questions."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+from advise_ros.config import AdviseConfig
+from advise_ros.core.advice import AdviceRecord
+from advise_ros.core.demonstration import Demonstration
+from advise_ros.core.errors import InputError
+from advise_ros.core.learn import Learned, learn
+from advise_ros.core.learn_settings import LearnSettings
+from advise_ros.core.queries import budget_left
+from advise_ros.replay.session import (
+    ADVICE_TYPE,
+    POLICY_TYPE,
+    Recorded,
+    RecordedSession,
+)
+from advise_ros.replay.stage import Comparison, Stage, at, stamp_of
+from advise_ros.ros import convert, convert_advice
+from advise_ros.settings import learn_settings
+
+# A policy this near to the end of the bag may have lost its question to the end of the recording.
+TAIL_NS = 1_000_000_000
+
+
+class Episode(NamedTuple):
+    """One policy as the bag tells of it.
+
+    Attributes:
+        policy: the message.
+        query: the question published with it, None when the bag has none.
+        log: the learner's advice log until then.
+        version: that it must have.
+        next_query_id: number that its question must have.
+    """
+
+    policy: Recorded
+    query: Recorded | None
+    log: tuple[AdviceRecord, ...]
+    version: int
+    next_query_id: int
+
+
+def learning_stages(session: RecordedSession, comparison: Comparison) -> list[Stage]:
+    """Learn each policy and its question again."""
+    policies, queries = Stage('policies'), Stage('queries')
+    found = episodes(session)
+    config = session.config(AdviseConfig, 'advise') if found else AdviseConfig()
+    demonstrations = _heard(session)
+    for episode in found:
+        try:
+            learned = _learn(episode, demonstrations, learn_settings(config), config.budget)
+        except InputError as problem:
+            policies.count(f'{_where(episode.policy)}: {problem}')
+            continue
+        stamp_ns = stamp_of(episode.policy.value)
+        policies.count(comparison.difference(convert_advice.policy_to_msg(learned, stamp_ns), episode.policy))
+        _check_query(queries, session, comparison, episode, learned, config.budget)
+    return [policies, queries]
+
+
+def episodes(session: RecordedSession) -> list[Episode]:
+    """The policies of a bag, each with what the learner had been told before it."""
+    found: list[Episode] = []
+    log: list[AdviceRecord] = []
+    counted = _Counted()
+    for recorded in _in_order(session):
+        kind, value = recorded.message.type_name, recorded.value
+        if kind == ADVICE_TYPE:
+            _note(log, convert_advice.advice_from_msg(value))
+        elif kind == POLICY_TYPE:
+            version, next_id = counted.policy(int(value.version), log)
+            found.append(Episode(recorded, None, tuple(log), version, next_id))
+        elif found and found[-1].query is None:
+            number = int(value.query_id)
+            next_id = counted.query(number, found[-1].next_query_id)
+            found[-1] = found[-1]._replace(query=recorded, next_query_id=next_id)
+    return found
+
+
+class _Counted:
+    """The learner's counters; 0 where the bag began in the middle and does not tell."""
+
+    def __init__(self) -> None:
+        self._version = 0
+        self._query_id: int | None = None
+
+    def policy(self, published: int, log: list[AdviceRecord]) -> tuple[int, int]:
+        """Version and query id that are due; the first version of a bag or of a restarted learner is taken as it is."""
+        if self._version == 0 or published == 1:
+            self._version = published
+            self._query_id = 0 if published == 1 and not log else None
+        else:
+            self._version += 1
+        due = self._version
+        self._version = published
+        return due, 0 if self._query_id is None else self._query_id + 1
+
+    def query(self, published: int, due: int) -> int:
+        """Id that was due, the published one where that is not known."""
+        if published:
+            self._query_id = published
+        return due or published or 1
+
+
+def _in_order(session: RecordedSession) -> Iterator[Recorded]:
+    """What the learner published, by the clock of its machine."""
+    topics = ('advise/advice_log', 'advise/policy', 'advise/query')
+    everything = [recorded for topic in topics for recorded in session.on(topic)]
+    return iter(sorted(everything, key=lambda recorded: recorded.message.publish_time_ns))
+
+
+def _note(log: list[AdviceRecord], record: AdviceRecord) -> None:
+    """Append; an entry that is there already begins the log anew: the learner was started again."""
+    if any((old.advice_id, old.retracted) == (record.advice_id, record.retracted) for old in log):
+        log.clear()
+    log.append(record)
+
+
+def _heard(session: RecordedSession) -> tuple[Demonstration, ...]:
+    """Demonstrations in order of arrival; as the learner does, what was heard before is not taken twice."""
+    heard: dict[tuple[Any, ...], Demonstration] = {}
+    for recorded in session.on('demonstration'):
+        new = convert.demonstration_from_msg(recorded.value)
+        heard.setdefault((new.demonstration_id, new.states, new.actions, new.stamps_ns), new)
+    return tuple(heard.values())
+
+
+def _learn(
+    episode: Episode, demonstrations: tuple[Demonstration, ...], settings: LearnSettings, budget: int,
+) -> Learned:
+    """The policy that follows from what it says it was learnt from.
+
+    Raises:
+        InputError: the bag does not hold that much.
+    """
+    value = episode.policy.value
+    grid = convert.grid_from_msg(value.grid)
+    usable = tuple(one for one in demonstrations if one.grid == grid)
+    _at_most('demonstrations', int(value.demonstrations), len(usable))
+    _at_most('log_length', int(value.log_length), len(episode.log))
+    return learn(
+        grid, settings, usable[: int(value.demonstrations)], episode.log[: int(value.log_length)],
+        version=episode.version, next_query_id=episode.next_query_id, budget=budget,
+    )
+
+
+def _at_most(name: str, said: int, held: int) -> None:
+    if said > held:
+        raise InputError(f'{name} is {said}, expected at most {held}, which is what the bag holds until then')
+
+
+def _check_query(
+    queries: Stage, session: RecordedSession, comparison: Comparison, episode: Episode, learned: Learned, budget: int,
+) -> None:
+    if episode.query is None:
+        _missing_query(queries, session, episode, learned)
+        return
+    stamp_ns = stamp_of(episode.query.value)
+    if learned.query is not None:
+        rebuilt = convert_advice.query_to_msg(learned.query, learned.grid, stamp_ns)
+    else:
+        log = episode.log[: learned.log_length]
+        rebuilt = convert_advice.no_query_to_msg(learned, budget_left(log, budget), stamp_ns)
+    queries.count(comparison.difference(rebuilt, episode.query))
+
+
+def _missing_query(queries: Stage, session: RecordedSession, episode: Episode, learned: Learned) -> None:
+    if episode.policy.message.log_time_ns > session.bag.last_ns - TAIL_NS:
+        queries.notes.append('the recording ended before the question of the last policy')
+        return
+    number = learned.query.query_id if learned.query else 0
+    queries.count(f'{session.namespace}/advise/query at {at(stamp_of(episode.policy.value))}: nothing, expected query {number}')
+
+
+def _where(recorded: Recorded) -> str:
+    return f'{recorded.message.topic} at {at(stamp_of(recorded.value))}'
+
+
+__all__ = ['Episode', 'episodes', 'learning_stages']

@@ -1,0 +1,141 @@
+"""What a bag holds of one session: everything that replay rebuilds from, and what it compares with."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields
+from pathlib import Path
+from typing import Any, TypeVar
+
+from advise_ros import config
+from advise_ros.core.errors import LogError
+from advise_ros.core.samples import Recording
+from advise_ros.recording import platform
+from advise_ros.recording.bags import BagTopics, read_bag
+from advise_ros.recording.messages import Bag, Message
+
+PARAMETERS_RECORD = 'parameters '
+PLATFORM_RECORD = 'platform'
+COMMAND_TYPE = 'geometry_msgs/msg/TwistStamped'
+DEMONSTRATION_TYPE = 'advise_msgs/msg/Demonstration'
+POLICY_TYPE = 'advise_msgs/msg/Policy'
+QUERY_TYPE = 'advise_msgs/msg/AdviceQuery'
+ADVICE_TYPE = 'advise_msgs/msg/Advice'
+FLIGHT_TYPE = 'advise_msgs/msg/FlightStatus'
+TYPES = (COMMAND_TYPE, DEMONSTRATION_TYPE, POLICY_TYPE, QUERY_TYPE, ADVICE_TYPE, FLIGHT_TYPE)
+DEMONSTRATION_TOPIC = 'demonstration'
+
+ConfigT = TypeVar('ConfigT')
+
+
+@dataclass(frozen=True)
+class Recorded:
+    """A message with its decoded value."""
+
+    message: Message
+    value: Any
+
+
+@dataclass(frozen=True)
+class RecordedSession:
+    """One namespace of a bag.
+
+    Attributes:
+        bag: the bag; its codec decodes by the definitions that were recorded.
+        namespace: '' or '/name'.
+        recording: poses, commands, vehicle events and the policy's flights as samples.
+        same_platform: the bag was made by these package versions on this kind of machine.
+    """
+
+    bag: Bag
+    namespace: str
+    recording: Recording
+    parameters: Mapping[str, Mapping[str, Any]]
+    made_on: Mapping[str, str]
+    same_platform: bool
+    _cache: dict[str, tuple[Recorded, ...]] = field(default_factory=dict, repr=False)
+
+    def on(self, name: str) -> tuple[Recorded, ...]:
+        """Decoded messages of a topic of the session, in the order in which they were recorded."""
+        if name not in self._cache:
+            found = self.bag.on(f'{self.namespace}/{name}')
+            self._cache[name] = tuple(Recorded(message, self.bag.decode(message)) for message in found)
+        return self._cache[name]
+
+    @property
+    def seconds(self) -> float:
+        """From the first message to the last, by the logger's clock."""
+        return (self.bag.last_ns - self.bag.first_ns) / 1e9
+
+    def config(self, config_class: type[ConfigT], node: str) -> ConfigT:
+        """The parameters of a node.
+
+        Raises:
+            LogError: the bag does not hold them, or they are not those of this version.
+        """
+        values = self.parameters.get(f'{self.namespace}/{node}')
+        if values is None:
+            raise LogError(
+                f'{self.bag.path} does not hold the parameters of {self.namespace}/{node}; '
+                'start the logger before that node ends and record again'
+            )
+        return _config(config_class, values)
+
+
+def _config(config_class: type[ConfigT], values: Mapping[str, Any]) -> ConfigT:
+    known = {spec.name for spec in fields(config_class)}  # type: ignore[arg-type]
+    return config.build(config_class, {name: value for name, value in values.items() if name in known})
+
+
+def read_session(path: str | Path, namespace: str | None = None) -> RecordedSession:
+    """Read one session.
+
+    Args:
+        path: a bag by `logger`.
+        namespace: of the session; None where the bag holds one only.
+
+    Raises:
+        LogError: no readable bag, no demonstrations in it, or several sessions and no namespace named.
+    """
+    bag = Bag(path, TYPES)
+    where = _namespace(bag, namespace)
+    names = BagTopics(
+        pose=(f'{where}/pose', f'{where}/odom'), command=f'{where}/cmd_vel',
+        status=f'{where}/vehicle_status', policy=f'{where}/policy/status',
+    )
+    if not bag.on(f'{where}/{DEMONSTRATION_TOPIC}'):
+        raise LogError(f'{path} holds no demonstrations; record a session with the logger from its beginning')
+    recording = read_bag(path, names)
+    made_on = next((record.values for record in bag.records if record.name == PLATFORM_RECORD), {})
+    return RecordedSession(bag, where, recording, _parameters(bag), made_on, made_on == platform.describe())
+
+
+def _namespace(bag: Bag, wanted: str | None) -> str:
+    """Namespace of the session without a slash at the end."""
+    tail = f'/{DEMONSTRATION_TOPIC}'
+    found = sorted(t.removesuffix(tail) for t, kind in bag.topics.items() if kind == DEMONSTRATION_TYPE and t.endswith(tail))
+    if wanted is not None:
+        namespace = '/' + wanted.strip('/') if wanted.strip('/') else ''
+        if namespace not in found:
+            raise LogError(f'{bag.path} has no demonstrations in namespace {wanted!r}; it has {_listed(found)}')
+        return namespace
+    if not found:
+        raise LogError(f'{bag.path} holds no demonstrations; record a session with the logger from its beginning')
+    if len(found) > 1:
+        raise LogError(f'{bag.path} holds several sessions; name one by --namespace: {_listed(found)}')
+    return found[0]
+
+
+def _listed(namespaces: list[str]) -> str:
+    return ', '.join(name or '/' for name in namespaces) or 'none'
+
+
+def _parameters(bag: Bag) -> dict[str, dict[str, Any]]:
+    """Node -> parameters; of a node that was started twice, the later ones."""
+    found: dict[str, dict[str, Any]] = {}
+    for record in bag.records:
+        if record.name.startswith(PARAMETERS_RECORD):
+            node = record.name.removeprefix(PARAMETERS_RECORD)
+            found[node] = {name: json.loads(text) for name, text in record.values.items()}
+    return found

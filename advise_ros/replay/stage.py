@@ -1,0 +1,97 @@
+"""What one stage of a replay found."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+from advise_ros.recording.definitions import definition
+from advise_ros.recording.messages import Codec
+from advise_ros.replay.compare import Difference, first_difference
+from advise_ros.replay.session import Recorded, RecordedSession
+from advise_ros.ros.cdr import to_cdr
+
+NS = 1_000_000_000
+
+
+@dataclass
+class Stage:
+    """Counts of one stage and its first difference in words.
+
+    Attributes:
+        name: what was rebuilt.
+        checked: how many values were compared.
+        equal: how many of them were equal.
+        difference: the first that was not: topic, time, field, expected, got; '' when all were.
+        notes: what was not rebuilt and why, one sentence each.
+    """
+
+    name: str
+    checked: int = 0
+    equal: int = 0
+    difference: str = ''
+    notes: list[str] = field(default_factory=list)
+
+    @property
+    def agrees(self) -> bool:
+        return self.checked == self.equal
+
+    def count(self, difference: str) -> None:
+        """Count one comparison; '' means equal."""
+        self.checked += 1
+        self.equal += not difference
+        self.difference = self.difference or difference
+
+
+def at(stamp_ns: int) -> str:
+    """A stamp as seconds with all its digits."""
+    return f'{stamp_ns // NS}.{stamp_ns % NS:09d}'
+
+
+def stamp_of(value: Any) -> int:
+    """Header stamp of a decoded message [ns]."""
+    return int(value.header.stamp.sec) * NS + int(value.header.stamp.nanosec)
+
+
+class Comparison:
+    """Compares rebuilt messages with recorded ones: byte for byte, or decisions with a tolerance on floats."""
+
+    def __init__(self, session: RecordedSession) -> None:
+        self._session = session
+        self._installed = Codec()
+        self.exact = session.same_platform
+
+    def difference(self, rebuilt: Any, recorded: Recorded) -> str:
+        """'' when equal, else the first difference in words.
+
+        Both sides are brought to the same bytes first: serialisers may leave anything in the padding.
+        """
+        type_name = recorded.message.type_name
+        expected = self._through_cdr(rebuilt, type_name)
+        if self.exact and self._bytes(expected, recorded):
+            return ''
+        found = first_difference(expected, recorded.value, exact=self.exact)
+        return in_words(recorded, found) if found else ''
+
+    def _bytes(self, expected: Any, recorded: Recorded) -> bool:
+        type_name = recorded.message.type_name
+        wanted = self._installed.canonical(expected, type_name)
+        return wanted == self._session.bag.codec.canonical(recorded.value, type_name)
+
+    def _through_cdr(self, rebuilt: Any, type_name: str) -> Any:
+        """The message as it would have travelled: floats rounded to their width."""
+        if not self._installed.knows(type_name):
+            self._installed.learn(type_name, 'ros2msg', definition(type_name).text)
+        return self._installed.decode(to_cdr(rebuilt), type_name)
+
+
+def in_words(recorded: Recorded, found: Difference) -> str:
+    """Topic, time, field, expected, got."""
+    return (
+        f'{recorded.message.topic} at {at(stamp_of(recorded.value))}: {found.field} is {found.got}, '
+        f'expected {found.expected}'
+    )
+
+
+StageFunction = Callable[[RecordedSession, Comparison], list[Stage]]
