@@ -53,7 +53,7 @@ def k_means(points: Floats, k: int, seed: int) -> Ints:
     distinct, which, weight = np.unique(points.round(DECIMALS), axis=0, return_inverse=True, return_counts=True)
     if len(distinct) <= k:
         return which
-    fitted = KMeans(k, n_init=10, random_state=seed).fit(distinct, sample_weight=weight)
+    fitted = KMeans(k, n_init=4, random_state=seed).fit(distinct, sample_weight=weight)
     return np.asarray(fitted.labels_[which], dtype=np.int64)
 
 

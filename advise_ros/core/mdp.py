@@ -10,9 +10,10 @@ from typing import NamedTuple
 
 import numpy as np
 from scipy import sparse
+from scipy.sparse.linalg import splu
 
 from advise_ros.core.grid import ACTION_STEP, N_ACTIONS, Grid
-from advise_ros.core.numerics import TOLERANCE, Bools, Floats, Ints, first_best
+from advise_ros.core.numerics import Bools, Floats, Ints, first_best
 
 
 class Mdp(NamedTuple):
@@ -137,10 +138,7 @@ def boltzmann(q: Floats, temperature: float) -> Floats:
 
 def occupancy(mdp: Mdp, policy: Floats, start: Floats) -> Floats:
     """Discounted expected visits (n,) to each state, from a start distribution (n,) under a policy (n, n_actions)."""
-    moves = sum((sparse.diags_array(policy[:, a]) @ p for a, p in enumerate(mdp.transitions)), start=0 * mdp.transitions[0])
-    visits = start
-    arriving = start
-    while arriving.sum() > TOLERANCE:
-        arriving = mdp.gamma * (moves.T @ arriving)
-        visits = visits + arriving
+    arrivals = sum(((sparse.diags_array(policy[:, a]) @ p).T for a, p in enumerate(mdp.transitions)), start=0.0)
+    system = (sparse.eye_array(mdp.n_states) - mdp.gamma * arrivals).tocsc()
+    visits: Floats = splu(system).solve(start)
     return visits

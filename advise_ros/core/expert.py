@@ -1,0 +1,60 @@
+"""The simulated expert of section 4: knows the route and answers for the plurality of a cluster's states."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from advise_ros.core.advice import Answer, Query, Verdict
+from advise_ros.core.grid import N_ACTIONS, Grid
+from advise_ros.core.routes import optimal_table
+
+
+class SimulatedExpert:
+    """Answers queries like a person who knows the way.
+
+    Preferred are the actions that are optimal in most of the states. Avoided are those that are optimal in none
+    ('never_optimal', or if there is none all others), or always all others ('all_others').
+
+    Args:
+        grid: the route.
+        rng: of errors and skips.
+        avoid: 'never_optimal' or 'all_others'.
+        error_rate: share of answers that are wrong.
+        skip_rate: share of queries that are skipped.
+        expert_id: name in the log.
+    """
+
+    def __init__(
+        self,
+        grid: Grid,
+        rng: np.random.Generator,
+        avoid: str = 'never_optimal',
+        error_rate: float = 0.0,
+        skip_rate: float = 0.0,
+        expert_id: str = 'simulated-expert',
+    ) -> None:
+        self._optimal = optimal_table(grid)
+        self._rng = rng
+        self._avoid = avoid
+        self._error_rate, self._skip_rate = error_rate, skip_rate
+        self._expert_id = expert_id
+
+    def answer(self, query: Query) -> Answer:
+        """What the expert says to a query."""
+        if self._rng.random() < self._skip_rate:
+            return Answer(query.query_id, Verdict.SKIP, expert_id=self._expert_id)
+        preferred, avoided = self.advice(query.states)
+        if not avoided:
+            return Answer(query.query_id, Verdict.MIXED, expert_id=self._expert_id)
+        if self._rng.random() < self._error_rate:
+            preferred, avoided = (int(self._rng.choice(avoided)),), preferred
+        return Answer(query.query_id, Verdict.ANSWER, preferred, avoided, self._expert_id)
+
+    def advice(self, states: tuple[int, ...]) -> tuple[tuple[int, ...], tuple[int, ...]]:
+        """Preferred and avoided actions for the states, without error."""
+        votes = self._optimal[list(states)].sum(axis=0)
+        preferred = np.flatnonzero(votes == votes.max())
+        never = np.flatnonzero(votes == 0)
+        others = np.setdiff1d(np.arange(N_ACTIONS), preferred)
+        avoided = others if self._avoid == 'all_others' or not len(never) else never
+        return tuple(preferred.tolist()), tuple(avoided.tolist())
