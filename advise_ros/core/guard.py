@@ -16,6 +16,9 @@ ZERO: Vector = (0.0, 0.0, 0.0)
 AXES = ('east', 'north', 'up')
 MAP_FRAME = 'map'
 
+# Generous, as simulated clocks that run fast arrive late.
+FUTURE_NS, BACKWARD_NS = 5_000_000_000, 1_000_000_000
+
 
 class Fence(NamedTuple):
     """A box in the map frame (ENU), metres; both ends belong to it."""
@@ -48,12 +51,13 @@ class Limits:
 
 
 class Command(NamedTuple):
-    """A velocity asked for, and how long ago it arrived (steady time)."""
+    """A velocity asked for, how long ago it arrived (steady time), and what is wrong with its stamp."""
 
     velocity_enu_m_s: Vector
     frame_id: str
     age_s: float
     yaw_rate_rad_s: float = 0.0
+    doubt: str = ''
 
 
 class Position(NamedTuple):
@@ -82,6 +86,23 @@ def fence_around(grid: Grid, margin_m: float, altitude_band_m: float) -> Fence:
     )
 
 
+def stamp_doubt(stamp_ns: int, newest_ns: int, now_ns: int) -> str:
+    """What is wrong with a command's stamp, or ''; a stamp of 0 says nothing.
+
+    Args:
+        stamp_ns: of the command.
+        newest_ns: the newest stamp among commands that are not stale yet, 0 if there is none.
+        now_ns: our clock, 0 if it has not begun.
+    """
+    if stamp_ns <= 0:
+        return ''
+    if now_ns > 0 and stamp_ns > now_ns + FUTURE_NS:
+        return f'its stamp is {(stamp_ns - now_ns) / 1e9:.1f} s in the future'
+    if stamp_ns + BACKWARD_NS < newest_ns:
+        return f'its stamp is {(newest_ns - stamp_ns) / 1e9:.1f} s before that of another command; let one node fly at a time'
+    return ''
+
+
 def check(command: Command | None, position: Position | None, limits: Limits) -> Verdict:
     """The velocity that may be flown now.
 
@@ -104,6 +125,8 @@ def _doubt(command: Command | None, position: Position | None, limits: Limits) -
     """Why nothing may be flown, or ''."""
     if command is None:
         return 'no command yet'
+    if command.doubt:
+        return f'command refused: {command.doubt}'
     if command.frame_id != MAP_FRAME:
         return f"command refused: its frame is '{command.frame_id}'; it must be '{MAP_FRAME}' (ENU)"
     if not _finite(command.velocity_enu_m_s) or not math.isfinite(command.yaw_rate_rad_s):

@@ -35,6 +35,8 @@ INTERVALS = (
 ALTITUDE_TOLERANCE_M, ALTITUDE_TOLERANCE_SHARE = 0.3, 0.05
 # Reached as well: in the air, no longer taking off and no longer climbing for this long.
 SETTLED_S, STILL_M_S = 3.0, 0.2
+# The armed bit is in the heartbeat, which is slow.
+ARMED_LAG_S = 2.0
 # Longest time from a command that was accepted to its effect.
 EFFECT_S = 15.0
 PREARM_ASK_S = 5.0
@@ -134,6 +136,9 @@ class ArduPilot:
         if self._request is not None:
             self._finish(f'{self._request.goal.value} given up: {request.goal.value} was asked', failed=False)
         self._request, self._failure = request, ''
+        if request.goal is Goal.LAND and not self._vehicle.armed:
+            self._finish('disarmed already', failed=False)
+            return
         first = {
             Goal.ARM: Phase.ARM, Goal.DISARM: Phase.ARM, Goal.TAKEOFF: Phase.READY, Goal.LAND: Phase.MODE,
         }[request.goal]
@@ -148,6 +153,8 @@ class ArduPilot:
     def step(self, now_s: float) -> list[Message]:
         """What to send now."""
         self._was_guided = self._vehicle.armed and (self._was_guided or self._vehicle.custom_mode == GUIDED)
+        if self.commandable:
+            self._failure = ''  # However it came to fly, it does.
         if self._request is None:
             return []
         if self._phase in (Phase.MODE, Phase.TAKEOFF) and now_s - self._phase_s > EFFECT_S:
@@ -241,6 +248,9 @@ class ArduPilot:
         return []
 
     def _take_off(self, request: Request, now_s: float) -> list[Message]:
+        if self._vehicle.custom_mode != GUIDED:
+            self._finish(f'take-off given up: {self.mode} was set by someone else')
+            return []
         if self._vehicle.in_air:  # By the state: a repeated command fails in the air.
             request.answer(True, f'taking off to {request.altitude_m:g} m')
             self._enter(Phase.CLIMB, now_s)
@@ -255,7 +265,7 @@ class ArduPilot:
         vehicle = self._vehicle
         if vehicle.custom_mode != GUIDED:
             self._finish(f'take-off given up: {self.mode} was set by someone else')
-        elif not vehicle.armed or vehicle.landed_state == mav.ON_GROUND:
+        elif vehicle.landed_state == mav.ON_GROUND or (not vehicle.armed and now_s - self._phase_s > ARMED_LAG_S):
             self._finish(f'take-off ended on the ground{f"; the autopilot says: {vehicle.text}" if vehicle.text else ""}')
         elif self._altitude_reached(request, now_s):
             self._finish('', failed=False)

@@ -76,6 +76,7 @@ class Companion:
         self._was_connected = connected
         if connected and self._pilot is not None:
             out += self._intervals(self._pilot, now_s)
+            self.vehicle.forget_silent(now_s)
             out += self._pilot.step(now_s)
         self._answer_late(now_s)
         return out

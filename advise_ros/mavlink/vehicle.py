@@ -14,6 +14,9 @@ from advise_ros.mavlink.messages import Message
 # What reaches a controller: NaN in these is refused.
 CONTROL_IDS = frozenset({mav.ATTITUDE, mav.LOCAL_POSITION_NED})
 
+# A fact that was not repeated for this long is no fact any more; each is asked for twice a second or more.
+FACT_S = 6.0
+
 
 class Attitude(NamedTuple):
     """Body axes against the map: roll and pitch in the FLU sense, yaw counter-clockwise from east; radians."""
@@ -163,6 +166,15 @@ class Vehicle:
         if message.id:
             self._chunks = {message.id: part}
         self.text, self.text_at_s = part.strip(), now_s
+
+    def forget_silent(self, now_s: float) -> None:
+        """Readiness and landed state that were not heard lately are unknown."""
+        for message_id, name, unknown in (
+            (mav.EKF_STATUS_REPORT, 'ekf_flags', None), (mav.SYS_STATUS, 'health', None),
+            (mav.EXTENDED_SYS_STATE, 'landed_state', 0),
+        ):
+            if now_s - self.heard_at_s.get(message_id, -math.inf) > FACT_S:
+                setattr(self, name, unknown)
 
     def ack_since(self, command: int, since_s: float) -> int | None:
         """Result of a command that was sent at `since_s`, or None so far."""

@@ -15,7 +15,7 @@ from advise_ros.core import guard
 from advise_ros.core.grid import Grid
 from advise_ros.recording.gridfile import load_grid
 from advise_ros.ros import diagnostics, parameters, qos, run
-from advise_ros.ros.convert import MAP_FRAME
+from advise_ros.ros.convert import MAP_FRAME, stamp_to_ns
 from advise_ros.ros.diagnostics import Diagnostics
 
 
@@ -39,14 +39,23 @@ def load_limits(config: GuardConfig) -> tuple[guard.Limits, Grid | None]:
 class CommandBox:
     """The last command and when it arrived (monotonic)."""
 
-    def __init__(self) -> None:
+    def __init__(self, timeout_s: float) -> None:
+        self._timeout_s = timeout_s
         self._command: guard.Command | None = None
         self._at_s = -math.inf
+        self._newest_ns = 0
 
-    def put(self, message: TwistStamped, now_s: float) -> None:
+    def put(self, message: TwistStamped, now_s: float, now_ns: int) -> None:
+        """Keep a command that arrives now, by the monotonic clock and by the node's."""
+        if now_s - self._at_s > self._timeout_s:
+            self._newest_ns = 0
+        stamp_ns = stamp_to_ns(message.header.stamp)
+        doubt = guard.stamp_doubt(stamp_ns, self._newest_ns, now_ns)
+        if not doubt:
+            self._newest_ns = max(self._newest_ns, stamp_ns)
         linear = message.twist.linear
         self._command = guard.Command(
-            (linear.x, linear.y, linear.z), message.header.frame_id, 0.0, message.twist.angular.z,
+            (linear.x, linear.y, linear.z), message.header.frame_id, 0.0, message.twist.angular.z, doubt,
         )
         self._at_s = now_s
 
@@ -74,7 +83,7 @@ class Guard(Node):
         super().__init__('guard')
         self.config = parameters.load(self, GuardConfig)
         self._limits, _ = load_limits(self.config)
-        self._commands = CommandBox()
+        self._commands = CommandBox(self.config.command_timeout_s)
         self._pose: tuple[guard.Position, float] | None = None
         self._diagnostics = Diagnostics(self)
         self._checked = self.create_publisher(TwistStamped, 'guard/cmd_vel', qos.COMMAND)
@@ -87,7 +96,7 @@ class Guard(Node):
         self._pose = guard.Position((at.x, at.y, at.z), message.header.frame_id, 0.0), time.monotonic()
 
     def _on_command(self, message: TwistStamped) -> None:
-        self._commands.put(message, time.monotonic())
+        self._commands.put(message, time.monotonic(), self.get_clock().now().nanoseconds)
         self._publish()
 
     def _on_tick(self) -> None:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 import sys
 import time
 
+import rclpy
 from geometry_msgs.msg import PoseStamped, TwistStamped
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.clock import Clock, ClockType
@@ -58,7 +60,7 @@ class MavlinkBridge(Node):
         ))
         use_sim_time = bool(self.get_parameter('use_sim_time').value)
         self._stamper = Stamper(simulated=use_sim_time)
-        self._commands = CommandBox()
+        self._commands = CommandBox(self.config.command_timeout_s)
         self._pending: list[tuple[Request, Future]] = []
         self._status: Status | None = None
         self._status_s = -math.inf
@@ -66,7 +68,7 @@ class MavlinkBridge(Node):
         self._wake = self.create_guard_condition(self._on_link)
         self._link = Link(
             self.config.url, baud=self.config.baud, system_id=self.config.system_id,
-            component_id=self.config.component_id, wake=self._wake.trigger,
+            component_id=self.config.component_id, wake=self._wake_up,
         )
         self._started = False
         self._diagnostics = Diagnostics(self)
@@ -83,6 +85,12 @@ class MavlinkBridge(Node):
         self.create_service(Trigger, 'mavlink_bridge/takeoff', self._on_takeoff, callback_group=group)
         self.create_service(Trigger, 'mavlink_bridge/land', self._on_land, callback_group=group)
         self.create_timer(1.0 / self.config.rate_hz, self._on_tick, clock=Clock(clock_type=ClockType.STEADY_TIME))
+
+    def _wake_up(self) -> None:
+        """From the reader's thread; a node that is being shut down needs no waking."""
+        if rclpy.ok():
+            with contextlib.suppress(RuntimeError):
+                self._wake.trigger()
 
     # -- the link ----------------------------------------------------------------------------
     def _on_link(self) -> None:
@@ -119,7 +127,7 @@ class MavlinkBridge(Node):
     # -- commands ----------------------------------------------------------------------------
     def _on_command(self, message: TwistStamped) -> None:
         now_s = time.monotonic()
-        self._commands.put(message, now_s)
+        self._commands.put(message, now_s, self.get_clock().now().nanoseconds)
         self._command(now_s)
 
     def _command(self, now_s: float) -> None:

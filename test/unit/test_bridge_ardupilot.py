@@ -1,0 +1,312 @@
+"""The companion's side of ArduPilot, in simulated time against a scripted copter, through real frames."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from advise_ros.mavlink import messages as mav
+from advise_ros.mavlink.companion import Companion, Settings
+from advise_ros.mavlink.framing import Framer
+from advise_ros.mavlink.messages import dialect
+from advise_ros.mavlink.requests import Goal, Request
+from support.scripted import GUIDED, LAND, REFUSAL, RTL, ScriptedCopter
+
+DT_S = 0.05
+
+
+class Flight:
+    """A companion and a copter that hear each other, and their common time."""
+
+    def __init__(self, copter: ScriptedCopter, **settings: Any) -> None:
+        self.copter = copter
+        self.companion = Companion(Settings(**settings))
+        self.now_s = 100.0
+        self.cut = False
+        self.sent: list[Any] = []
+        self._codec = dialect.MAVLink(None, copter.system_id, 1)
+        self._framer = Framer()
+
+    def deliver(self, messages: list[Any], codec: Any = None) -> None:
+        """Let the companion hear messages, by default from the copter."""
+        for message in messages:
+            frame = bytes(message.pack(codec or self._codec))
+            for decoded in self._framer.datagram(frame):
+                self.companion.observe(decoded, self.now_s)
+
+    def tick(self) -> None:
+        self.now_s += DT_S
+        ours = self.companion.step(self.now_s)
+        self.sent += ours
+        theirs = self.copter.step(DT_S)
+        if not self.cut:
+            theirs = [answer for message in ours for answer in self.copter.receive(message)] + theirs
+            self.deliver(theirs)
+
+    def run(self, seconds: float) -> None:
+        for _ in range(round(seconds / DT_S)):
+            self.tick()
+
+    def until(self, condition: Callable[[], bool], limit_s: float = 60.0) -> None:
+        end_s = self.now_s + limit_s
+        while not condition():
+            assert self.now_s < end_s, self.status
+            self.tick()
+
+    def ask(self, goal: Goal, altitude_m: float = 3.0) -> Request:
+        return self.companion.ask(goal, self.now_s, altitude_m)
+
+    @property
+    def status(self) -> Any:
+        return self.companion.status(self.now_s)
+
+    def fly(self) -> None:
+        """To the take-off altitude."""
+        self.until(lambda: self.status.ready)
+        self.ask(Goal.TAKEOFF)
+        self.until(lambda: self.status.commandable)
+
+
+def test_takes_off_without_any_setpoint_until_the_altitude_is_reached() -> None:
+    flight = Flight(ScriptedCopter())
+    flight.until(lambda: flight.status.ready)
+    request = flight.ask(Goal.TAKEOFF)
+    while not flight.status.commandable:
+        assert flight.companion.setpoint((0.0, 0.0, 0.0), 0.0, flight.now_s) is None
+        flight.tick()
+    assert flight.copter.altitude_m >= 2.7
+    assert request.reply is not None and request.reply.accepted
+    setpoint = flight.companion.setpoint((1.0, 2.0, 3.0), 0.25, flight.now_s)
+    assert (setpoint.vx, setpoint.vy, setpoint.vz, setpoint.yaw_rate) == (2.0, 1.0, -3.0, -0.25)
+    assert (setpoint.type_mask, setpoint.coordinate_frame) == (0x05C7, 1)
+
+
+def test_asks_for_the_messages_that_a_real_autopilot_does_not_send_by_itself() -> None:
+    flight = Flight(ScriptedCopter(), pose_rate_hz=10.0)
+    flight.run(1.0)
+    assert flight.copter.intervals_s[mav.LOCAL_POSITION_NED] == pytest.approx(0.1)
+    wanted = {mav.ATTITUDE, mav.EKF_STATUS_REPORT, mav.EXTENDED_SYS_STATE, mav.SYS_STATUS, mav.LOCAL_POSITION_NED}
+    assert wanted <= set(flight.copter.intervals_s)
+    asked = flight.copter.commands.count(mav.CMD_MESSAGE_INTERVAL)
+    flight.run(20.0)
+    assert flight.copter.commands.count(mav.CMD_MESSAGE_INTERVAL) == asked  # They arrive: nothing is repeated.
+
+
+def test_asks_again_for_what_does_not_arrive() -> None:
+    flight = Flight(ScriptedCopter(deaf={mav.CMD_MESSAGE_INTERVAL}))
+    flight.run(10.0)
+    flight.copter.deaf.clear()
+    flight.until(lambda: flight.status.ready, 5.0)
+
+
+def test_sends_one_heartbeat_a_second() -> None:
+    flight = Flight(ScriptedCopter())
+    flight.run(10.0)
+    beats = [m for m in flight.sent if m.get_type() == 'HEARTBEAT']
+    assert 9 <= len(beats) <= 11
+    assert beats[0].autopilot == 8  # no autopilot
+
+
+def test_waits_for_readiness_names_what_is_missing_and_then_goes() -> None:
+    flight = Flight(ScriptedCopter(ready=False))
+    flight.run(2.0)
+    request = flight.ask(Goal.TAKEOFF)
+    flight.run(1.0)
+    assert request.reply is not None and request.reply.accepted
+    assert 'EKF position, pre-arm check' in request.reply.message
+    assert flight.status.waiting_for == 'EKF position, pre-arm check'
+    assert mav.CMD_ARM not in flight.copter.commands
+    flight.copter.ready = True
+    flight.until(lambda: flight.status.commandable)
+
+
+def test_gives_up_an_autopilot_that_never_becomes_ready_with_its_text() -> None:
+    flight = Flight(ScriptedCopter(ready=False), ready_timeout_s=5.0)
+    flight.run(1.0)
+    flight.ask(Goal.TAKEOFF)
+    flight.deliver([dialect.MAVLink_statustext_message(4, b'PreArm: Compass not calibrated')])
+    flight.run(6.0)
+    assert flight.status.waiting_for == (
+        'take-off given up after 5 s: still waiting for EKF position, pre-arm check; '
+        'the autopilot says: PreArm: Compass not calibrated'
+    )
+    flight.copter.ready = True
+    flight.run(10.0)
+    assert not flight.copter.armed  # Given up is given up.
+
+
+@pytest.mark.parametrize('goal', [Goal.ARM, Goal.TAKEOFF])
+def test_a_refusal_to_arm_is_told_in_the_autopilots_words(goal: Goal) -> None:
+    flight = Flight(ScriptedCopter(refuse={mav.CMD_ARM: REFUSAL}))
+    flight.until(lambda: flight.status.ready)
+    request = flight.ask(goal)
+    flight.run(3.0)
+    assert request.reply is not None and not request.reply.accepted
+    assert REFUSAL in request.reply.message
+    assert flight.status.text == REFUSAL
+    assert REFUSAL in flight.status.waiting_for
+
+
+def test_arming_before_readiness_says_what_is_missing() -> None:
+    flight = Flight(ScriptedCopter(ready=False, refuse={mav.CMD_ARM: REFUSAL}))
+    flight.run(1.0)
+    request = flight.ask(Goal.ARM)
+    flight.run(1.0)
+    assert request.reply is not None
+    assert request.reply.message == (
+        f'arm refused: failed; the autopilot says: {REFUSAL} (still waiting for: EKF position, pre-arm check)'
+    )
+
+
+def test_a_lost_take_off_ack_is_judged_by_the_state() -> None:
+    flight = Flight(ScriptedCopter(lose_acks={mav.CMD_TAKEOFF, mav.CMD_ARM, mav.CMD_SET_MODE}))
+    flight.fly()
+    assert flight.status.waiting_for == ''
+
+
+def test_silence_is_a_refusal_after_five_tries() -> None:
+    flight = Flight(ScriptedCopter(deaf={mav.CMD_ARM}))
+    flight.until(lambda: flight.status.ready)
+    request = flight.ask(Goal.ARM)
+    flight.until(lambda: request.reply is not None, 4.0)
+    assert request.reply is not None and request.reply.accepted  # Under way, as nobody has refused so far.
+    flight.run(8.0)
+    assert flight.copter.commands.count(mav.CMD_ARM) == 5
+    assert flight.status.waiting_for == 'arm refused: no answer to 5 commands'
+
+
+def test_a_mode_that_somebody_else_sets_is_respected_until_take_off_is_asked_again() -> None:
+    flight = Flight(ScriptedCopter())
+    flight.fly()
+    flight.copter.mode = RTL
+    flight.run(1.0)
+    modes = flight.copter.commands.count(mav.CMD_SET_MODE)
+    flight.run(10.0)
+    assert not flight.status.commandable
+    assert flight.companion.setpoint((1.0, 0.0, 0.0), 0.0, flight.now_s) is None
+    assert flight.status.waiting_for == (
+        'GUIDED mode (it is RTL; RTL was set by someone else; mavlink_bridge/takeoff takes over)'
+    )
+    assert flight.copter.commands.count(mav.CMD_SET_MODE) == modes
+    request = flight.ask(Goal.TAKEOFF)
+    flight.run(1.0)
+    assert request.reply is not None and request.reply.message == 'in the air already; GUIDED mode is set'
+    assert flight.status.commandable
+
+
+def test_a_mode_change_during_take_off_ends_it() -> None:
+    flight = Flight(ScriptedCopter())
+    flight.until(lambda: flight.status.ready)
+    flight.ask(Goal.TAKEOFF)
+    flight.until(lambda: flight.copter.altitude_m > 2.0)
+    flight.copter.mode, flight.copter.climb_to_m = LAND, None
+    flight.run(0.5)
+    assert flight.status.waiting_for == 'take-off given up: LAND was set by someone else'
+
+
+def test_lands_and_stops_commanding_at_once() -> None:
+    flight = Flight(ScriptedCopter())
+    flight.fly()
+    request = flight.ask(Goal.LAND)
+    assert not flight.status.commandable
+    flight.until(lambda: not flight.status.armed)
+    assert request.reply is not None and request.reply.accepted
+    assert flight.copter.mode == LAND
+    flight.run(0.5)
+    assert flight.status.waiting_for == ''
+
+
+def test_landing_on_the_ground_changes_nothing() -> None:
+    flight = Flight(ScriptedCopter())
+    flight.until(lambda: flight.status.ready)
+    request = flight.ask(Goal.LAND)
+    assert request.reply == (True, 'disarmed already')
+    flight.run(1.0)
+    assert flight.copter.mode == 0
+
+
+def test_the_link_is_lost_reported_and_comes_back_without_old_goals() -> None:
+    flight = Flight(ScriptedCopter(ready=False), heartbeat_timeout_s=2.0)
+    flight.run(1.0)
+    flight.ask(Goal.TAKEOFF)
+    flight.run(1.0)
+    flight.cut = True
+    flight.run(3.0)
+    assert not flight.status.connected
+    assert flight.status.waiting_for == 'heartbeat: the link to the autopilot is lost'
+    refused = flight.ask(Goal.ARM).reply
+    assert refused == (False, 'arm refused: the link to the autopilot is lost')
+    flight.cut, flight.copter.ready = False, True
+    flight.run(10.0)
+    assert flight.status.connected and flight.status.ready
+    assert not flight.copter.armed
+
+
+def test_facts_of_before_a_reboot_are_void() -> None:
+    flight = Flight(ScriptedCopter(), heartbeat_timeout_s=3.0)
+    flight.run(5.0)
+    assert flight.status.ready
+    flight.copter = ScriptedCopter(ready=False)
+    flight.run(8.0)
+    assert not flight.status.ready
+    assert flight.status.waiting_for == 'EKF position, pre-arm check'
+
+
+def test_only_the_chosen_autopilot_counts() -> None:
+    flight = Flight(ScriptedCopter(system_id=7))
+    ground_station = dialect.MAVLink(None, 255, 190)
+    other = dialect.MAVLink(None, 9, 1)
+    flight.deliver([dialect.MAVLink_heartbeat_message(6, 8, 0, 0, 4, 3)], ground_station)
+    assert not flight.status.connected
+    flight.run(1.0)
+    flight.deliver([dialect.MAVLink_heartbeat_message(2, 3, 128, 9, 4, 3)], other)
+    assert flight.companion.vehicle.target == (7, 1)
+    assert not flight.status.armed
+
+
+def test_numbers_that_are_not_finite_never_reach_the_position() -> None:
+    flight = Flight(ScriptedCopter())
+    flight.run(2.0)
+    before = flight.companion.vehicle.motion
+    flight.deliver([dialect.MAVLink_local_position_ned_message(10**6, float('nan'), 0.0, 0.0, 0.0, 0.0, 0.0)])
+    flight.deliver([dialect.MAVLink_local_position_ned_message(10**6, 0.0, 0.0, 0.0, 0.0, float('inf'), 0.0)])
+    assert flight.companion.vehicle.motion is before
+    assert flight.companion.vehicle.refused_numbers == 2
+
+
+def test_a_text_in_chunks_is_put_together() -> None:
+    flight = Flight(ScriptedCopter())
+    flight.run(0.5)
+    flight.deliver([
+        dialect.MAVLink_statustext_message(4, b'x' * 50, 3, 0), dialect.MAVLink_statustext_message(4, b'yz', 3, 1),
+    ])
+    assert flight.status.text == 'x' * 50 + 'yz'
+
+
+def test_the_answer_to_somebody_elses_command_does_not_count() -> None:
+    flight = Flight(ScriptedCopter(deaf={mav.CMD_ARM}))
+    flight.until(lambda: flight.status.ready)
+    request = flight.ask(Goal.ARM)
+    flight.tick()
+    flight.deliver([dialect.MAVLink_command_ack_message(mav.CMD_ARM, mav.ACK_FAILED, 0, 0, 255, 190)])
+    flight.run(1.0)
+    assert request.reply is None
+
+
+def test_a_climb_that_stops_short_counts_as_arrived_after_standing_still() -> None:
+    flight = Flight(ScriptedCopter())
+    flight.until(lambda: flight.status.ready)
+    flight.ask(Goal.TAKEOFF, 3.0)
+    flight.until(lambda: flight.copter.altitude_m > 2.0)
+    flight.copter.climb_to_m = None
+    flight.run(1.0)
+    assert not flight.status.commandable
+    flight.until(lambda: flight.status.commandable, 5.0)
+
+
+def test_guided_mode_is_named() -> None:
+    flight = Flight(ScriptedCopter(mode=GUIDED))
+    flight.run(1.0)
+    assert (flight.status.autopilot, flight.status.mode) == ('ardupilot', 'GUIDED')
