@@ -78,6 +78,9 @@ def _spin(node_class: type[Node]) -> int:
         pass
     except AdviseError as problem:
         code = fail(str(problem))
+    except Exception:
+        if rclpy.ok():  # Else a signal ended the context in the middle of a wait: a clean stop.
+            raise
     finally:
         if node is not None:
             close = getattr(node, 'close', None)
