@@ -71,7 +71,7 @@ def _flyable(grid: Grid) -> Bools:
     return (there != cells[:, None]) & ~np.isin(there, list(grid.blocked))
 
 
-def demonstrate(grid: Grid, demonstrator: Demonstrator, max_moves: int, name: str = 'grid-model') -> Demonstration:
+def demonstrate(grid: Grid, demonstrator: Demonstrator, index: int, max_moves: int) -> Demonstration:
     """One flight on the grid model from the start to the goal, or until `max_moves`.
 
     A move takes one second; its stamp is that of entering the state.
@@ -83,7 +83,7 @@ def demonstrate(grid: Grid, demonstrator: Demonstrator, max_moves: int, name: st
     reached = states[-1] == grid.goal_state
     stamps_ns = tuple(second * 1_000_000_000 for second in range(len(actions)))
     return Demonstration(
-        demonstration_id=name,
+        demonstration_id=f'grid-model-{index}',
         source='grid model',
         grid=grid,
         states=tuple(states[: len(actions)]),
