@@ -160,7 +160,9 @@ def _show(client: GraphClient, wait_s: float) -> int:
     if status.phase == LearnerStatus.ASKING:
         query = client.wait('the query', lambda: client.queries.get(status.query_id), wait_s)
         print(question_text(convert_advice.query_from_msg(query), convert.grid_from_msg(query.grid)) + '\n')
-    print(status.message)
+        print(status.message.replace(f'{query.question}\n', ''))
+    else:
+        print(status.message)
     return ACCEPTED
 
 

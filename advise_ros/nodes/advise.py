@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable
 
 from rclpy.callback_groups import ReentrantCallbackGroup
@@ -278,4 +277,5 @@ class AdviseNode(Node):
 
 
 def main() -> None:
-    sys.exit(run.run_node(AdviseNode, AdviseConfig))
+    # A solve may still be running in the worker's thread; it must not meet an interpreter that is being taken down.
+    run.exit_now(run.run_node(AdviseNode, AdviseConfig))

@@ -7,6 +7,7 @@ id of a published query. A line counts once it ends with a newline; every append
 
 from __future__ import annotations
 
+import contextlib
 import fcntl
 import json
 import os
@@ -98,18 +99,19 @@ class SessionFile:
 
     def _load(self) -> Loaded:
         self._file.seek(0)
-        *whole, torn = self._file.read().split(b'\n')
-        if _is_json(torn):  # Only its newline is missing, as some editors leave it.
-            self._file.write(b'\n')
-            whole, torn = [*whole, torn], b''
-        dropped = self._set_aside(torn) if torn else ()
-        if not whole:
+        *lines, torn = self._file.read().split(b'\n')
+        unended = _is_json(torn)  # Only its newline is missing, as some editors leave it.
+        lines += [torn] if unended else []
+        if lines:
+            self._check_header(lines[0])
+        dropped = self._set_aside(torn) if torn and not unended else ()
+        if not lines:
             self._append({'advise_session': FORMAT, 'grid': grid_to_mapping(self._grid)})
-            return Loaded((), 0, dropped)
-        self._check_header(whole[0])
-        entries, asked, unreadable = self._parse(whole[1:])
+        if unended:
+            self._file.write(b'\n')
+        entries, asked, damaged = self._parse(lines[1:])
         last = max([*asked, *(entry.record.query_id for entry in entries)], default=0)
-        return Loaded(entries, last, unreadable + dropped)
+        return Loaded(entries, last, damaged + dropped)
 
     def _set_aside(self, torn: bytes) -> tuple[str, ...]:
         end = os.fstat(self._file.fileno()).st_size
@@ -162,7 +164,8 @@ class SessionFile:
                 raise OSError(0, 'the disk took only a part')
             os.fsync(self._file.fileno())
         except OSError as problem:
-            self._file.truncate(before)
+            with contextlib.suppress(OSError):  # A device or a broken disk; what was torn is dropped at the next start.
+                self._file.truncate(before)
             raise AdviseError(f'session file {self.path} cannot be written ({problem.strerror})') from None
 
 

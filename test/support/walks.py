@@ -25,3 +25,14 @@ def walk(grid: Grid, number: int, noise: float = 0.3, seed: int = 0) -> Demonstr
         f'flight-{number:03d}', 'made up', grid, tuple(states), tuple(actions), stamps, (stamps[0], stamps[-1]),
         EndReason.FINAL_WAYPOINT, Audit(samples=len(states)),
     )
+
+
+def everywhere(grid: Grid, moves: int, seed: int = 0) -> Demonstration:
+    """Random moves in random states: much to learn from, in no order that could be flown."""
+    rng = np.random.default_rng(seed)
+    states, actions = rng.integers(grid.n_states, size=moves), rng.integers(N_ACTIONS, size=moves)
+    stamps = tuple(STEP_NS * step for step in range(moves))
+    return Demonstration(
+        'everywhere', 'made up', grid, tuple(states.tolist()), tuple(actions.tolist()), stamps,
+        (stamps[0], stamps[-1]), EndReason.STOPPED, Audit(samples=moves),
+    )
