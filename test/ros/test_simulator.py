@@ -7,12 +7,12 @@ import time
 from collections.abc import Callable, Iterator
 from typing import Any
 
+import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from pymavlink import mavutil
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 from rosgraph_msgs.msg import Clock
-
 from support import reserve
 
 ACCEPTED, DENIED, FAILED = 0, 2, 4
@@ -112,7 +112,7 @@ def greet(companion: Client) -> None:
     deadline = time.monotonic() + LIMIT_S
     while time.monotonic() < deadline:
         companion.send(mavlink.MAVLink_heartbeat_message(18, 8, 0, 0, 4, 3))
-        beat = companion._wire.recv_match(type='HEARTBEAT', blocking=True, timeout=0.2)  # noqa: SLF001
+        beat = companion._wire.recv_match(type='HEARTBEAT', blocking=True, timeout=0.2)
         if beat is not None:
             assert (beat.autopilot, beat.type, beat.get_srcSystem(), beat.get_srcComponent()) == (3, 2, 1, 1)
             return
@@ -171,15 +171,22 @@ def test_garbage_and_nan_on_the_wire_do_not_disturb_it(graph, udp, client):
 
 
 def test_clock_is_the_time_of_the_messages(graph, udp, client):
-    graph.listen('/clock', Clock)
     graph.start('simulator', params={'endpoint': udp[0], 'speedup': 5.0, 'ready_after_s': 0.0, 'clock_rate_hz': 1000.0})
+    graph.wait_for('/clock', Clock)
     client.heartbeat()
-    assert client.command(511, LOCAL_POSITION, 200_000) == ACCEPTED
-    stamp_ms = client.until(lambda p: p.time_boot_ms > 2000, ('LOCAL_POSITION_NED',)).time_boot_ms
-    as_ms = lambda clock: clock.clock.sec * 1000 + clock.clock.nanosec // 1_000_000  # noqa: E731
-    graph.wait_for('/clock', Clock, lambda clock: as_ms(clock) == stamp_ms)
-    times = [as_ms(clock) for clock in graph.listen('/clock', Clock)]
+    assert client.command(511, LOCAL_POSITION, 25_000) == ACCEPTED
+    stamps: list[int] = []
+    client.until(lambda p: stamps.append(p.time_boot_ms) or len(stamps) == 80, ('LOCAL_POSITION_NED',))
+    graph.wait_for('/clock', Clock, lambda clock: milliseconds(clock) >= stamps[-1])
+    times = [milliseconds(clock) for clock in graph.listen('/clock', Clock)]
+    assert np.diff(stamps).tolist() == [25] * 79
     assert times == sorted(set(times))
+    assert all(time_ms % 25 == 0 for time_ms in times)
+    assert len(set(times) & set(stamps)) > 5
+
+
+def milliseconds(clock: Clock) -> int:
+    return int(clock.clock.sec) * 1000 + clock.clock.nanosec // 1_000_000
 
 
 def test_a_speedup_out_of_reach_is_reported_with_what_is_reached(graph, udp):

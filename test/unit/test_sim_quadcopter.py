@@ -111,13 +111,13 @@ def test_standing_costs_no_physics_but_the_gusts_go_on():
 
 def test_the_same_noise_gives_the_same_flight_and_nobody_elses_random_numbers_are_touched():
     craft = Quadcopter(wind=Wind((2.0, 0.0), gust_m_s=1.0))
-    np.random.seed(1)  # noqa: NPY002  the global state is what must not be drawn from
-    before = np.random.get_state()[1].copy()  # noqa: NPY002
+    np.random.seed(1)
+    before = np.random.get_state()[1].copy()
     first, second = (fly(craft, hovering(), Target((1.0, 0.0, 0.0)), 3.0, np.random.default_rng(7))[-1] for _ in range(2))
     other = fly(craft, hovering(), Target((1.0, 0.0, 0.0)), 3.0, np.random.default_rng(8))[-1]
     assert all(np.array_equal(first.body[key], second.body[key]) for key in first.body)
     assert not np.array_equal(first.position_enu_m, other.position_enu_m)
-    assert np.array_equal(before, np.random.get_state()[1])  # noqa: NPY002
+    assert np.array_equal(before, np.random.get_state()[1])
 
 
 def test_one_cheap_step_is_close_to_a_fine_integration():
