@@ -8,6 +8,7 @@ from enum import IntEnum
 from advise_ros.core.errors import InputError
 from advise_ros.core.grid import N_ACTIONS, Grid
 from advise_ros.core.mover import NS, CellMover, Pose
+from advise_ros.core.rollout import step_budget
 from advise_ros.core.seeking import ZERO, SeekSettings, Vector, brake_distance_m
 from advise_ros.core.transit import Transit, shortest_way
 
@@ -71,16 +72,7 @@ class FlightPlan:
         """Steps allowed for a flight that begins in a state."""
         if self.step_budget > 0:
             return self.step_budget
-        return max(1, round(self.step_budget_factor * route_length(self.grid, start_state)))
-
-
-def route_length(grid: Grid, start_state: int) -> int:
-    """Fewest steps over free cells from a state through the waypoints ahead to the final position."""
-    steps, cell = 0, grid.cell_of(start_state)
-    for waypoint in grid.waypoints[grid.next_waypoint(start_state):]:
-        steps += len(shortest_way(grid, cell, waypoint))
-        cell = waypoint
-    return steps
+        return max(1, step_budget(self.grid, start_state, self.step_budget_factor))
 
 
 def check_start(grid: Grid, position_enu_m: Vector, start_cell: int) -> None:
@@ -237,7 +229,7 @@ class PolicyFlight:
             if beyond == target:
                 return run_m, False
             if greedy[target] != action:
-                return run_m, abs(greedy[target] - action) != N_ACTIONS // 2
+                return run_m, True
             run_m += grid.resolution_m
             target = beyond
         return run_m, True

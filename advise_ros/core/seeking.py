@@ -43,7 +43,7 @@ class Leg(NamedTuple):
         start_enu_m, end_enu_m: the two centres; equal to go to a centre and stay there.
         cell_m: edge of a cell.
         run_on_m: way beyond the end that goes straight on.
-        corner: a turn follows, not a stop: the end may be passed at the speed that a corner allows.
+        corner: a turn (a full one too) follows, not a stop: the end may be overshot a little.
     """
 
     start_enu_m: Point

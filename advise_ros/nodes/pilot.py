@@ -1,0 +1,202 @@
+"""The node that flies demonstrations like a person who is often wrong."""
+
+from __future__ import annotations
+
+import sys
+import time
+
+import numpy as np
+import rclpy
+from geometry_msgs.msg import PoseStamped, TwistStamped
+from rclpy.clock import Clock, ClockType
+from rclpy.node import Node
+from rclpy.task import Future
+from std_msgs.msg import String
+from std_srvs.srv import Trigger
+
+from advise_msgs.msg import VehicleStatus
+from advise_ros.config import PilotConfig
+from advise_ros.core.demonstrator import Demonstrator
+from advise_ros.core.errors import InputError
+from advise_ros.core.grid import Grid
+from advise_ros.core.mission import Ask, Mission, Stage, Vehicle
+from advise_ros.core.mover import Pose
+from advise_ros.core.pilot_flight import PilotFlight
+from advise_ros.core.seeking import ZERO
+from advise_ros.recording.gridfile import load_grid
+from advise_ros.ros import parameters, qos, run
+from advise_ros.ros.diagnostics import ERROR, OK, WARN, Diagnostics
+from advise_ros.ros.flying import (
+    NEWEST_POSE,
+    PoseGate,
+    between_poses_ns,
+    velocity_command,
+)
+
+
+class PilotNode(Node):
+    """Flies demonstrations of the route through cmd_vel, with a person's mistakes, and then ends.
+
+    For each of `flights`: waits until the vehicle is ready, takes off by mavlink_bridge/takeoff, flies from cell
+    to cell as section 4 of the ADVISE paper has its pilots do (in some states the same mistake again
+    and again, elsewhere random wrong moves), flies home over free cells after the final waypoint and lands by
+    mavlink_bridge/land. With handle_vehicle false somebody else takes off and lands. It never commands
+    while vehicle_status.commandable is false.
+
+    Takes `pose` (PoseStamped, frame map) and `vehicle_status`; publishes one `cmd_vel` (TwistStamped, frame map)
+    for each pose, with that pose's stamp, and `pilot/status` (std_msgs/String), one sentence at every change.
+    Exits 0 when all flights are done, 1 when one could not be flown.
+
+    Example:
+      ros2 run advise_ros pilot --ros-args -p grid_file:=config/grid_6x6.yaml -p flights:=3
+    """
+
+    def __init__(self) -> None:
+        super().__init__('pilot')
+        self.config = parameters.load(self, PilotConfig)
+        self._grid = load_grid(self.config.grid_file)
+        self._settings = self.config.seek_settings()
+        self._mission = Mission(self.config.flights, self.config.handle_vehicle, self.config.vehicle_timeout_s)
+        self._home: int | None = None
+        self._flight: PilotFlight | None = None
+        self._vehicle: Vehicle | None = None
+        self._gate = PoseGate()
+        self._pose_at_s = time.monotonic()
+        self._told = ''
+        self.exit_code = run.OK
+        self._diagnostics = Diagnostics(self)
+        self._make_entities()
+
+    def _make_entities(self) -> None:
+        self._commands = self.create_publisher(TwistStamped, 'cmd_vel', qos.COMMAND)
+        self._statuses = self.create_publisher(String, 'pilot/status', qos.latched())
+        self._asks = {ask: self.create_client(Trigger, f'mavlink_bridge/{ask.value}') for ask in Ask}
+        self.create_subscription(VehicleStatus, 'vehicle_status', self._on_vehicle, qos.latched())
+        self.create_subscription(PoseStamped, 'pose', self._on_pose, NEWEST_POSE)
+        period_s = 1.0 / self.config.watchdog_rate_hz
+        self.create_timer(period_s, self._on_watchdog, clock=Clock(clock_type=ClockType.STEADY_TIME))
+
+    # -- the vehicle -------------------------------------------------------------------------
+    def _on_vehicle(self, message: VehicleStatus) -> None:
+        self._vehicle = Vehicle(
+            message.ready, message.armed, message.in_air, message.commandable, message.mode, message.waiting_for, message.text,
+        )
+        self._advance_mission()
+
+    def _advance_mission(self) -> None:
+        before = self._mission.stage
+        ask = self._mission.advance(self._vehicle, time.monotonic())
+        if ask is not None:
+            self._call(ask)
+        if before != self._mission.stage:
+            self._enter(self._mission.stage)
+        self._tell(self._sentence())
+        if self._mission.over:
+            self._finish()
+
+    def _call(self, ask: Ask) -> None:
+        client = self._asks[ask]
+        if not client.service_is_ready():
+            self._mission.unanswered(time.monotonic())
+            return
+        client.call_async(Trigger.Request()).add_done_callback(self._on_reply)
+
+    def _on_reply(self, future: Future) -> None:
+        reply = future.result()
+        self._mission.replied(reply.success, reply.message, time.monotonic())
+        if not reply.success:
+            self.get_logger().warning(f'refused: {reply.message}')
+
+    def _enter(self, stage: Stage) -> None:
+        if stage == Stage.FLYING:
+            self._gate.restart()
+            self._pose_at_s = time.monotonic()
+            choose = flight_choices(self._grid, self.config, self._mission.flight)
+            self._flight = PilotFlight(self._grid, choose.action, self._settings, self.config.max_moves, self._home)
+        else:
+            self._flight = None
+
+    def _finish(self) -> None:
+        """Leave: the process ends with the node."""
+        if self._mission.stage == Stage.FAILED:
+            self.exit_code = run.VERDICT_NO
+            self.get_logger().error(self._mission.failure)
+        rclpy.try_shutdown()
+
+    # -- flying ------------------------------------------------------------------------------
+    def _on_pose(self, message: PoseStamped) -> None:
+        pose = self._gate.take(message, self.get_clock().now().nanoseconds)
+        if pose is None:
+            return
+        self._pose_at_s = time.monotonic()
+        if self._flight is not None and self._vehicle is not None and self._vehicle.commandable:
+            self._fly(self._flight, pose)
+
+    def _fly(self, flight: PilotFlight, pose: Pose) -> None:
+        try:
+            velocity = flight.step(pose)
+        except InputError as problem:
+            self._mission.fail(str(problem))
+            velocity = ZERO
+        self._commands.publish(velocity_command(velocity, pose.stamp_ns))
+        self._home = flight.home
+        if flight.finished:
+            self.get_logger().info(f'flight {self._mission.flight}: {flight.ending} after {flight.moves} moves; home')
+            self._flight = None
+            self._mission.flown(time.monotonic())
+            self._advance_mission()
+        self._tell(self._sentence())
+
+    # -- steady time -------------------------------------------------------------------------
+    def _on_watchdog(self) -> None:
+        missing_s = time.monotonic() - self._pose_at_s
+        if self._flight is not None and missing_s > self.config.pose_timeout_s:
+            self._hold()
+        if self._flight is not None and missing_s > self.config.vehicle_timeout_s:
+            self._mission.fail(f'no pose came for {missing_s:.0f} s')
+        self._advance_mission()
+        said = self._gate.problem or ('no pose arrives' if missing_s > self.config.pose_timeout_s else '')
+        level = ERROR if self._mission.failure else WARN if said else OK
+        self._diagnostics.set(level, self._mission.failure or said or self._told, {'poses refused': self._gate.refused})
+
+    def _hold(self) -> None:
+        if self._vehicle is not None and self._vehicle.commandable:
+            stamp_ns = between_poses_ns(self.get_clock().now().nanoseconds)
+            self._commands.publish(velocity_command(ZERO, stamp_ns))
+
+    def _sentence(self) -> str:
+        """Where the pilot is, for people."""
+        mission, flight = self._mission, self._flight
+        if mission.over:
+            return mission.failure or mission.stage.value
+        sentence = f'flight {mission.flight} of {mission.flights}: {mission.stage.value}'
+        if mission.stage == Stage.WAITING and self._vehicle is not None and self._vehicle.waiting_for:
+            sentence += f' ({self._vehicle.waiting_for})'
+        if flight is None or flight.state is None:
+            return sentence
+        if flight.ending:
+            return f'{sentence} home, {flight.ending}'
+        cell = list(self._grid.xy(self._grid.cell_of(flight.state)))
+        waypoint = list(self._grid.xy(self._grid.waypoints[self._grid.next_waypoint(flight.state)]))
+        return f'{sentence}, cell {cell}, next waypoint {waypoint}, move {flight.moves}'
+
+    def _tell(self, sentence: str) -> None:
+        if sentence != self._told:
+            self._told = sentence
+            self._statuses.publish(String(data=sentence))
+
+
+def flight_choices(grid: Grid, config: PilotConfig, flight: int) -> Demonstrator:
+    """Who chooses the moves of a flight: the mistakes are those of the seed, the noise that of seed and flight."""
+    rng = np.random.default_rng(config.seed)
+    demonstrator = Demonstrator(grid, config.noise_rate, config.mistake_share, rng)
+    rng.bit_generator.state = np.random.default_rng((config.seed, flight)).bit_generator.state
+    return demonstrator
+
+
+def main() -> None:
+    sys.exit(run.run_node(PilotNode, PilotConfig))
+
+
+if __name__ == '__main__':
+    main()

@@ -1,0 +1,322 @@
+"""The node that flies the learnt policy."""
+
+from __future__ import annotations
+
+import sys
+import time
+from typing import NamedTuple
+
+from geometry_msgs.msg import PoseStamped, TwistStamped
+from rclpy.action import ActionServer, CancelResponse, GoalResponse
+from rclpy.action.server import ServerGoalHandle
+from rclpy.callback_groups import ReentrantCallbackGroup
+from rclpy.clock import Clock, ClockType
+from rclpy.node import Node
+from rclpy.task import Future
+from std_srvs.srv import Trigger
+
+from advise_msgs.action import Fly
+from advise_msgs.msg import FlightStatus, Policy, VehicleStatus
+from advise_ros.config import PolicyConfig
+from advise_ros.core.errors import InputError
+from advise_ros.core.mover import NS, Pose
+from advise_ros.core.policy_flight import (
+    FlightPlan,
+    Phase,
+    PolicyFlight,
+    check_start,
+)
+from advise_ros.core.seeking import ZERO
+from advise_ros.recording.gridfile import load_grid
+from advise_ros.ros import parameters, qos, run
+from advise_ros.ros.convert import MAP_FRAME, grid_from_msg, stamp_from_ns
+from advise_ros.ros.diagnostics import OK, WARN, Diagnostics
+from advise_ros.ros.flying import (
+    NEWEST_POSE,
+    PoseGate,
+    between_poses_ns,
+    velocity_command,
+)
+
+# After a flight zero velocity is sent for this long, then nothing: another node may fly.
+HOLD_S = 1.0
+# A goal waits this long for a policy or a pose before it is refused.
+START_PATIENCE_S = 2.0
+
+
+class Flying(NamedTuple):
+    """A flight under way and whose it is."""
+
+    flight: PolicyFlight
+    policy_version: int
+    began_ns: int
+    goal: ServerGoalHandle
+    ended: Future
+
+
+class _Waiting(NamedTuple):
+    """A goal that lacks something which may still come."""
+
+    goal: Fly.Goal
+    until_s: float
+    over: Future
+
+
+class PolicyNode(Node):
+    """Flies the learnt policy: velocity commands from cell centre to cell centre at constant altitude.
+
+    Takes `pose` (PoseStamped, frame map), `advise/policy` (advise_msgs/Policy) and, where a bridge
+    publishes it, `vehicle_status`. While it flies, it publishes one `cmd_vel` (TwistStamped, frame map) for
+    each pose, with that pose's stamp, and `policy/status` (advise_msgs/FlightStatus) at every change. When poses
+    stop it commands zero velocity until they return. After a flight it holds for a second and is silent.
+
+    A flight succeeds at the centre of the final waypoint, all others visited in order before. It fails in a
+    blocked cell, off the grid, when the steps of its budget are spent, or (stop_on_loop) as soon as a state
+    comes back, because the policy then repeats itself. It is stopped when the vehicle takes no commands any more.
+
+    Action: `policy/fly` (advise_msgs/action/Fly). Service: `policy/stop` (std_srvs/Trigger), hold now.
+    Both leave the vehicle in the air.
+
+    Example:
+      ros2 action send_goal --feedback policy/fly advise_msgs/action/Fly "{start_cell: -1}"
+    """
+
+    def __init__(self) -> None:
+        super().__init__('policy')
+        self.config = parameters.load(self, PolicyConfig)
+        self._grid = load_grid(self.config.grid_file) if self.config.grid_file else None
+        self._settings = self.config.seek_settings()
+        self._gate = PoseGate()
+        self._policy: Policy | None = None
+        self._plan: FlightPlan | None = None
+        self._policy_problem = 'waiting for a policy on advise/policy'
+        self._vehicle: VehicleStatus | None = None
+        self._pose: Pose | None = None
+        self._pose_at_s = 0.0
+        self._pose_missing = False
+        self._flying: Flying | None = None
+        self._waiting: list[_Waiting] = []
+        self._hold_until_s = 0.0
+        self._status = FlightStatus()
+        self._status.header.frame_id = MAP_FRAME
+        self._told: tuple[object, ...] = ()
+        self._diagnostics = Diagnostics(self)
+        self._make_entities()
+
+    def _make_entities(self) -> None:
+        self._commands = self.create_publisher(TwistStamped, 'cmd_vel', qos.COMMAND)
+        self._statuses = self.create_publisher(FlightStatus, 'policy/status', qos.latched())
+        self.create_subscription(Policy, 'advise/policy', self._on_policy, qos.latched())
+        self.create_subscription(VehicleStatus, 'vehicle_status', self._on_vehicle, qos.latched())
+        self.create_subscription(PoseStamped, 'pose', self._on_pose, NEWEST_POSE)
+        self.create_service(Trigger, 'policy/stop', self._on_stop)
+        self._action = ActionServer(
+            self, Fly, 'policy/fly', self._execute, callback_group=ReentrantCallbackGroup(),
+            goal_callback=self._on_goal, handle_accepted_callback=self._on_accepted, cancel_callback=self._on_cancel,
+        )
+        period_s = 1.0 / self.config.watchdog_rate_hz
+        self.create_timer(period_s, self._on_watchdog, clock=Clock(clock_type=ClockType.STEADY_TIME))
+        self._publish_status(Phase.IDLE, '', 0)
+
+    # -- what is flown -----------------------------------------------------------------------
+    def _on_policy(self, message: Policy) -> None:
+        try:
+            grid = grid_from_msg(message.grid)
+            if self._grid is not None and grid != self._grid:
+                raise InputError('its grid is not that of grid_file; start all nodes with the same file')
+            plan = FlightPlan(grid, tuple(int(action) for action in message.greedy))
+        except InputError as problem:
+            self._policy_problem = f'policy {message.version} is not flown: {problem}'
+            self.get_logger().warning(self._policy_problem)
+            return
+        self._policy, self._plan, self._policy_problem = message, plan, ''
+
+    def _on_vehicle(self, message: VehicleStatus) -> None:
+        self._vehicle = message
+        if not message.commandable and self._flying is not None:
+            mode = f'mode {message.mode}' if message.armed else 'it is disarmed'
+            self._end(Phase.STOPPED, f'the vehicle takes no commands any more ({mode})')
+
+    def _on_pose(self, message: PoseStamped) -> None:
+        pose = self._gate.take(message, self.get_clock().now().nanoseconds)
+        if pose is None:
+            return
+        self._pose, self._pose_at_s = pose, time.monotonic()
+        if self._flying is not None:
+            self._advance(self._flying, pose)
+
+    def _advance(self, flying: Flying, pose: Pose) -> None:
+        """One command for one pose."""
+        flight = flying.flight
+        velocity = flight.step(pose)
+        self._commands.publish(velocity_command(velocity, pose.stamp_ns))
+        self._pose_missing = False
+        if flight.phase.over:
+            self._end(flight.phase, flight.message)
+        elif self._publish_status(flight.phase, flight.message, pose.stamp_ns):
+            feedback = Fly.Feedback(state=flight.state, next_waypoint=self._status.next_waypoint, steps=flight.steps)
+            flying.goal.publish_feedback(feedback)
+
+    def _end(self, phase: Phase, message: str) -> None:
+        """Hold, tell, and let the action's result go out."""
+        flying = self._flying
+        if flying is None:
+            return
+        flying.flight.end(phase, message)
+        if phase in (Phase.CANCELED, Phase.STOPPED):
+            self._publish_zero()
+        self._publish_status(phase, message, self._pose.stamp_ns if self._pose else 0)
+        self._flying, self._hold_until_s = None, time.monotonic() + HOLD_S
+        self.get_logger().info(f'flight {self._status.flight_id}: {phase.name}, {message}')
+        flying.ended.set_result(self._result(flying))
+
+    def _result(self, flying: Flying) -> Fly.Result:
+        flight = flying.flight
+        until_ns = self._pose.stamp_ns if self._pose else flying.began_ns
+        return Fly.Result(
+            success=flight.phase == Phase.SUCCEEDED, phase=int(flight.phase), flight_id=self._status.flight_id,
+            policy_version=flying.policy_version, steps=flight.steps, waypoints_reached=flight.waypoints_reached,
+            seconds=(until_ns - flying.began_ns) / NS, message=flight.message,
+        )
+
+    # -- requests ----------------------------------------------------------------------------
+    def _missing(self, goal: Fly.Goal) -> str:
+        """What has to arrive before a flight can begin; empty when all is there."""
+        if self._policy is None:
+            return self._policy_problem
+        if goal.policy_version not in (0, self._policy.version):
+            return f'policy {goal.policy_version} is asked for, {self._policy.version} is the newest one here'
+        if self._pose is None or time.monotonic() - self._pose_at_s > self.config.pose_timeout_s:
+            return self._gate.problem or 'no pose arrives'
+        return ''
+
+    def _refusal(self, goal: Fly.Goal) -> str:
+        """Why a flight can't begin now; empty when it can."""
+        if self._flying is not None:
+            return 'a flight is under way; cancel it or call policy/stop'
+        if self._vehicle is not None and not self._vehicle.commandable:
+            return f'the vehicle takes no commands: {self._vehicle.waiting_for or "take off first"}'
+        if (missing := self._missing(goal)) or self._pose is None:
+            return missing
+        try:
+            check_start(self._plan_for(goal).grid, self._pose.position_enu_m, goal.start_cell)
+        except InputError as problem:
+            return str(problem)
+        return ''
+
+    def _plan_for(self, goal: Fly.Goal) -> FlightPlan:
+        assert self._plan is not None
+        return FlightPlan(
+            self._plan.grid, self._plan.greedy, int(goal.start_cell), int(goal.step_budget),
+            self.config.step_budget_factor, self.config.stop_on_loop,
+        )
+
+    async def _on_goal(self, goal: Fly.Goal) -> GoalResponse:
+        if self._missing(goal):  # What the client has seen may still be on its way to this node.
+            waiting = _Waiting(goal, time.monotonic() + START_PATIENCE_S, Future())
+            self._waiting.append(waiting)
+            await waiting.over
+        refusal = self._refusal(goal)
+        if not refusal:
+            return GoalResponse.ACCEPT
+        self.get_logger().warning(f'policy/fly is refused: {refusal}')
+        self._status.message = f'policy/fly was refused: {refusal}'
+        self._statuses.publish(self._status)
+        return GoalResponse.REJECT
+
+    def _on_accepted(self, goal: ServerGoalHandle) -> None:
+        assert self._policy is not None and self._pose is not None
+        flight = PolicyFlight(self._plan_for(goal.request), self._settings)
+        self._flying = Flying(flight, self._policy.version, self._pose.stamp_ns, goal, Future())
+        self._status.flight_id += 1
+        self._status.start_cell = goal.request.start_cell
+        self._pose_missing = False
+        self._publish_status(flight.phase, '', self._pose.stamp_ns)
+        goal.execute()
+
+    async def _execute(self, goal: ServerGoalHandle) -> Fly.Result:
+        assert self._flying is not None
+        result: Fly.Result = await self._flying.ended
+        if result.success:
+            goal.succeed()
+        elif goal.is_cancel_requested:
+            goal.canceled()
+        else:
+            goal.abort()
+        return result
+
+    def _on_cancel(self, goal: ServerGoalHandle) -> CancelResponse:
+        if self._flying is None or self._flying.goal is not goal:
+            return CancelResponse.REJECT
+        self._end(Phase.CANCELED, 'canceled; the vehicle holds')
+        return CancelResponse.ACCEPT
+
+    def _on_stop(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        response.success = True
+        if self._flying is None:
+            response.message = 'no flight was under way'
+        else:
+            self._end(Phase.STOPPED, 'stopped by policy/stop; the vehicle holds')
+            response.message = f'flight {self._status.flight_id} is stopped; the vehicle holds'
+        return response
+
+    # -- steady time -------------------------------------------------------------------------
+    def _on_watchdog(self) -> None:
+        now_s = time.monotonic()
+        if self._flying is not None and now_s - self._pose_at_s > self.config.pose_timeout_s:
+            self._publish_zero()
+            self._say_pose_missing(self._flying)
+        elif now_s < self._hold_until_s and self._flying is None:
+            self._publish_zero()
+        for waiting in self._waiting:
+            if now_s > waiting.until_s or not self._missing(waiting.goal):
+                waiting.over.set_result(None)
+        self._waiting = [waiting for waiting in self._waiting if not waiting.over.done()]
+        self._diagnose(now_s)
+
+    def _say_pose_missing(self, flying: Flying) -> None:
+        if self._pose_missing:
+            return
+        self._pose_missing = True
+        reason = self._gate.problem or f'no pose for {self.config.pose_timeout_s:g} s'
+        assert self._pose is not None
+        self._publish_status(flying.flight.phase, f'holding: {reason}', self._pose.stamp_ns)
+
+    def _publish_zero(self) -> None:
+        stamp_ns = between_poses_ns(self.get_clock().now().nanoseconds)
+        self._commands.publish(velocity_command(ZERO, stamp_ns))
+
+    def _publish_status(self, phase: Phase, message: str, stamp_ns: int) -> bool:
+        """Publish when anything changed; `stamp_ns` is that of the last pose flown by."""
+        status = self._status
+        status.phase, status.message = int(phase), message
+        if self._flying is not None:
+            flight = self._flying.flight
+            status.policy_version = self._flying.policy_version
+            status.state, status.steps, status.step_budget = flight.state, flight.steps, flight.step_budget
+            status.next_waypoint = flight.plan.grid.next_waypoint(flight.state)
+        told = (status.flight_id, status.phase, status.message, status.state, status.steps, status.step_budget)
+        if told == self._told:
+            return False
+        self._told = told
+        status.header.stamp = stamp_from_ns(stamp_ns)
+        self._statuses.publish(status)
+        return True
+
+    def _diagnose(self, now_s: float) -> None:
+        stale = now_s - self._pose_at_s > self.config.pose_timeout_s
+        waits = [self._policy_problem, (self._gate.problem or 'no pose arrives') if stale else self._gate.problem]
+        said = '; '.join(text for text in waits if text)
+        values = {
+            'phase': Phase(self._status.phase).name, 'policy version': self._policy.version if self._policy else 0,
+            'flights': self._status.flight_id, 'poses refused': self._gate.refused,
+        }
+        self._diagnostics.set(WARN if said else OK, said or ('flying' if self._flying else 'ready to fly'), values)
+
+
+def main() -> None:
+    sys.exit(run.run_node(PolicyNode, PolicyConfig))
+
+
+if __name__ == '__main__':
+    main()
