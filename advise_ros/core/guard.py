@@ -36,7 +36,8 @@ class Limits:
         max_climb_m_s: up or down.
         braking_m_s2: deceleration that each axis can be trusted to have.
         command_timeout_s, pose_timeout_s: older ones count as missing.
-        reaction_s: longest time from a pose to the vehicle's obeying the command made from it.
+        reaction_s: twice the longest time from a pose to the vehicle's obeying what was made from it: when
+            the next pose comes it may still fly as fast as the last one allowed.
         fence: None for no fence.
     """
 
@@ -46,7 +47,7 @@ class Limits:
     braking_m_s2: float = 2.0
     command_timeout_s: float = 0.5
     pose_timeout_s: float = 0.5
-    reaction_s: float = 0.6
+    reaction_s: float = 1.1
     fence: Fence | None = None
 
 

@@ -30,8 +30,8 @@ def load_limits(config: GuardConfig) -> tuple[guard.Limits, Grid | None]:
         max_speed_m_s=config.max_speed_m_s, max_climb_m_s=config.max_climb_m_s,
         max_yaw_rate_rad_s=config.max_yaw_rate_rad_s, braking_m_s2=config.braking_m_s2,
         command_timeout_s=config.command_timeout_s, pose_timeout_s=config.pose_timeout_s,
-        # A command made from a pose flies on until the pose is too old, and a tick later.
-        reaction_s=config.pose_timeout_s + 2.0 / config.rate_hz,
+        # What was made from a pose flies on until that is too old, and a tick longer.
+        reaction_s=2.0 * (config.pose_timeout_s + 1.0 / config.rate_hz),
         fence=None if grid is None else guard.fence_around(grid, config.fence_margin_m, config.altitude_band_m),
     ), grid
 
