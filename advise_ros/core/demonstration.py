@@ -71,3 +71,12 @@ class Demonstration:
             raise InputError(f'demonstration {self.demonstration_id}: a state is outside 0 to {self.grid.n_states - 1}')
         if any(not 0 <= a < N_ACTIONS for a in self.actions):
             raise InputError(f'demonstration {self.demonstration_id}: an action is outside 0 to {N_ACTIONS - 1}')
+
+
+def standing(demonstrations: tuple[Demonstration, ...]) -> tuple[Demonstration, ...]:
+    """The demonstrations that hold, in order: without those taken back.
+
+    The recorder takes one back by publishing another with the same id and without moves.
+    """
+    taken_back = {found.demonstration_id for found in demonstrations if not found.states}
+    return tuple(found for found in demonstrations if found.demonstration_id not in taken_back)

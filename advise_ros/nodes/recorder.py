@@ -1,0 +1,200 @@
+"""The node that turns flights into demonstrations."""
+
+from __future__ import annotations
+
+import math
+import sys
+import time
+from collections import Counter
+
+from geometry_msgs.msg import PoseStamped, TwistStamped
+from nav_msgs.msg import Odometry
+from rclpy.clock import Clock, ClockType
+from rclpy.node import Node
+from std_srvs.srv import Trigger
+
+from advise_msgs import msg
+from advise_ros.config import RecorderConfig
+from advise_ros.core.errors import InputError
+from advise_ros.core.flights import demonstrations_of
+from advise_ros.core.recorder import Phase, Recorder, Reply
+from advise_ros.core.samples import VehicleEvent
+from advise_ros.mavlink.link import Link
+from advise_ros.recording.gridfile import load_grid
+from advise_ros.recording.listener import COMPONENT_ID, Listener
+from advise_ros.recording.tlog import read_tlog
+from advise_ros.ros import convert, diagnostics, parameters, qos, run
+from advise_ros.ros.diagnostics import Diagnostics
+
+POLL_S = 0.05
+REPORT_S = 1.0
+POLICY_TOPIC = 'policy/status'
+
+
+class RecorderNode(Node):
+    """Turns flights into demonstrations on the grid.
+
+    Listens to `pose` (PoseStamped) or, with pose_source odom, `odom` (Odometry), both in frame map;
+    `cmd_vel` (TwistStamped in frame map), `vehicle_status` and `policy/status`. With source mavlink it
+    listens to a MAVLink link instead, with source tlog it reads a log and publishes all its flights.
+    Publishes `demonstration` when a flight ends: at the final waypoint, at landing or disarming, or by
+    recorder/stop. Without vehicle_status the altitude tells take-off and landing. Flights of the policy
+    are left out. A position that is not a number or in another frame is refused; the audit in each
+    demonstration tells what of its samples was not used.
+
+    Services (std_srvs/Trigger): `recorder/start` and `recorder/stop` begin and end a demonstration by hand
+    (split manual: the only way); it ends by itself at the final waypoint. `recorder/discard` drops the one
+    being recorded, or else takes back the last one published: a demonstration with its id and no moves.
+
+    Example: ros2 run advise_ros recorder --ros-args -p grid_file:=config/grid_6x6.yaml
+    """
+
+    def __init__(self) -> None:
+        super().__init__('recorder')
+        self.config = parameters.load(self, RecorderConfig)
+        self._grid = load_grid(self.config.grid_file)
+        self._recorder = Recorder(
+            self._grid, self.config.discretise_settings(), self._source(), by_flights=self.config.split == 'flights',
+        )
+        self._link: Link | None = None
+        self._listener: Listener | None = None
+        self._refused: Counter[str] = Counter()
+        self._poses = self._commands = 0
+        self._publisher = self.create_publisher(msg.Demonstration, 'demonstration', qos.DEMONSTRATIONS)
+        self._diagnostics = Diagnostics(self)
+        {'topics': self._open_topics, 'mavlink': self._open_mavlink, 'tlog': self._open_tlog}[self.config.source]()
+        for name, reply in (('start', self._start), ('stop', self._stop), ('discard', self._discard)):
+            self.create_service(Trigger, f'recorder/{name}', reply)
+        steady = Clock(clock_type=ClockType.STEADY_TIME)
+        self.create_timer(POLL_S, self._poll, clock=steady)
+        self.create_timer(REPORT_S, self._report, clock=steady)
+
+    def _source(self) -> str:
+        topic = f'topic {self.resolve_topic_name(self.config.pose_source)}'
+        return {'topics': topic, 'mavlink': f'mavlink {self.config.mavlink_url}', 'tlog': self.config.tlog_file}[self.config.source]
+
+    # -- sources -----------------------------------------------------------------------------
+    def _open_topics(self) -> None:
+        kind = PoseStamped if self.config.pose_source == 'pose' else Odometry
+        self.create_subscription(kind, self.config.pose_source, self._on_pose, qos.SENSOR_DEEP)
+        self.create_subscription(TwistStamped, 'cmd_vel', self._on_command, qos.COMMAND_DEEP)
+        self.create_subscription(msg.VehicleStatus, 'vehicle_status', self._on_vehicle, qos.latched())
+        self.create_subscription(msg.FlightStatus, POLICY_TOPIC, self._on_policy, qos.latched())
+
+    def _open_mavlink(self) -> None:
+        self._link = Link(self.config.mavlink_url, component_id=COMPONENT_ID)
+        simulated = bool(self.get_parameter('use_sim_time').value)
+        self._listener = Listener(self._link, self._recorder, simulated=simulated)
+        self._link.start()
+
+    def _open_tlog(self) -> None:
+        if not self.config.tlog_file:
+            raise InputError("parameter 'tlog_file' is empty; name the log to read, e.g. -p tlog_file:=flight.tlog")
+        recording = read_tlog(self.config.tlog_file)
+        undivided = self.config.split == 'manual'
+        found = demonstrations_of(self._grid, recording, self.config.discretise_settings(), undivided=undivided)
+        for note in (*recording.notes, *found.notes):
+            self.get_logger().warning(note)
+        self._recorder.adopt(found.demonstrations)
+
+    # -- samples -----------------------------------------------------------------------------
+    def _on_pose(self, message: PoseStamped | Odometry) -> None:
+        self._poses += 1
+        if not self._is_in_map('positions', message.header.frame_id):
+            return
+        pose = message.pose if isinstance(message, PoseStamped) else message.pose.pose
+        position = (pose.position.x, pose.position.y, pose.position.z)
+        if not all(map(math.isfinite, position)):
+            self._refuse('positions that are not numbers are not used')
+        self._recorder.pose(convert.stamp_to_ns(message.header.stamp), position)
+
+    def _on_command(self, message: TwistStamped) -> None:
+        self._commands += 1
+        if self._is_in_map('commands', message.header.frame_id):
+            linear = message.twist.linear
+            self._recorder.command(convert.stamp_to_ns(message.header.stamp), (linear.x, linear.y, linear.z))
+
+    def _is_in_map(self, what: str, frame_id: str) -> bool:
+        if frame_id == convert.MAP_FRAME:
+            return True
+        self._refuse(f"{what} in frame '{frame_id}' are refused; send them in frame '{convert.MAP_FRAME}' (ENU)")
+        return False
+
+    def _refuse(self, sentence: str) -> None:
+        """Say it once, count it always."""
+        if not self._refused[sentence]:
+            self.get_logger().warning(sentence)
+        self._refused[sentence] += 1
+
+    def _on_vehicle(self, message: msg.VehicleStatus) -> None:
+        stamp_ns = convert.stamp_to_ns(message.header.stamp)
+        self._recorder.vehicle(VehicleEvent(stamp_ns, message.armed, message.in_air))
+
+    def _on_policy(self, message: msg.FlightStatus) -> None:
+        self._recorder.policy(flies=message.phase in (message.TO_START, message.FLYING))
+
+    # -- services ----------------------------------------------------------------------------
+    def _start(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        if self.config.source == 'tlog':
+            return _filled(response, Reply(False, 'the source is a log: all its flights are published already'))
+        return _filled(response, self._recorder.start())
+
+    def _stop(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        return _filled(response, self._recorder.stop())
+
+    def _discard(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        return _filled(response, self._recorder.discard())
+
+    # -- results -----------------------------------------------------------------------------
+    def _poll(self) -> None:
+        if self._listener is not None:
+            self._listener.poll(self.get_clock().now().nanoseconds, time.monotonic())
+        for output in self._recorder.take(time.monotonic()):
+            self.get_logger().info(output.remark)
+            if output.demonstration is not None:
+                self._publisher.publish(convert.demonstration_to_msg(output.demonstration))
+                self._report()
+
+    def _report(self) -> None:
+        if self.config.source == 'topics' and not self.count_publishers(POLICY_TOPIC):
+            self._recorder.policy(flies=False)  # A policy node that died flies nothing.
+        values = {
+            'demonstrations': len(self._recorder.published), 'poses': self._poses, 'commands': self._commands,
+            **self._refused,
+        }
+        waiting = self._waiting_for()
+        if self._refused:
+            self._diagnostics.set(diagnostics.WARN, next(iter(self._refused)), values)
+        elif waiting:
+            self._diagnostics.set(diagnostics.WARN, waiting, values)
+        else:
+            self._diagnostics.set(diagnostics.OK, self._doing(), values)
+
+    def _waiting_for(self) -> str:
+        if self._link is not None and self._link.problem:
+            return self._link.problem
+        if self._listener is not None and not self._listener.positions:
+            what = 'positions' if self._listener.vehicle else 'an autopilot'
+            return f'waiting for {what} on {self.config.mavlink_url}'
+        if self.config.source == 'topics' and not self._poses:
+            return f'waiting for positions on {self.resolve_topic_name(self.config.pose_source)}'
+        return ''
+
+    def _doing(self) -> str:
+        if self._recorder.phase is Phase.IDLE:
+            return f'{len(self._recorder.published)} demonstrations; waiting for a flight'
+        return f'{self._recorder.phase.value} {self._recorder.next_id}'
+
+    def close(self) -> None:
+        """Give the link's port back."""
+        if self._link is not None:
+            self._link.close()
+
+
+def _filled(response: Trigger.Response, reply: Reply) -> Trigger.Response:
+    response.success, response.message = reply
+    return response
+
+
+def main() -> None:
+    sys.exit(run.run_node(RecorderNode, RecorderConfig))
