@@ -6,20 +6,20 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-
 from advise_msgs.action import Fly
 from advise_msgs.msg import AdviceQuery, LearnerStatus
-from advise_ros.config import PilotConfig
+
 from advise_ros.core.advice import AdviceRecord
 from advise_ros.core.demonstration import Demonstration, EndReason
-from advise_ros.core.demonstrator import Demonstrator, demonstrate
 from advise_ros.core.errors import AdviseError
 from advise_ros.core.grid import Grid
+from advise_ros.core.trial import fly
 from advise_ros.demo.console import DemoConsole
 from advise_ros.demo.graph import DemoGraph
-from advise_ros.demo.options import DemoOptions, node_config
+from advise_ros.demo.options import DemoOptions
 from advise_ros.demo.supervisor import Child, Supervisor
 from advise_ros.demo.tracks import TrackLog
+from advise_ros.demo.trials import trial_settings
 from advise_ros.recording.demofile import save_demonstrations
 from advise_ros.report.pictures import Track
 from advise_ros.ros import convert, convert_advice
@@ -89,7 +89,7 @@ class Story:
     def model_session(self, seed: int, directory: Path) -> Session:
         """A further seed: demonstrations come from the grid model, the policies fly in the simulator."""
         self.client.forget_session()
-        session = Session(seed, model_demonstrations(self._options, self.grid, seed))
+        session = Session(seed, fly(self.grid, trial_settings(self._options), np.random.default_rng(seed)))
         path = directory / f'demonstrations-{seed}.json'
         save_demonstrations(path, session.demonstrations)
         learning = self._graph.start_learning(seed, path)
@@ -173,13 +173,6 @@ class Story:
 
 def _flight(seed: int, policy: str, result: Fly.Result) -> Flight:
     return Flight(seed, policy, bool(result.success), int(result.steps), float(result.seconds), str(result.message))
-
-
-def model_demonstrations(options: DemoOptions, grid: Grid, seed: int) -> tuple[Demonstration, ...]:
-    """As many demonstrations as are flown, from the same simulated pilot on the grid model."""
-    pilot = node_config(options.params_file, 'pilot', PilotConfig)
-    demonstrator = Demonstrator(grid, pilot.noise_rate, pilot.mistake_share, np.random.default_rng(seed))
-    return tuple(demonstrate(grid, demonstrator, index, pilot.max_moves) for index in range(options.flights))
 
 
 class _HumanPrompt:

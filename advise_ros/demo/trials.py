@@ -7,10 +7,30 @@ import os
 from collections.abc import Sequence
 from concurrent.futures import Future, ProcessPoolExecutor
 
+from advise_ros.config import AdviseConfig, ExpertConfig, PilotConfig, PolicyConfig
 from advise_ros.core.grid import Grid
 from advise_ros.core.trial import TrialResult, TrialSettings, run_trial
+from advise_ros.demo.options import DemoOptions, node_config
+from advise_ros.settings import learn_settings
 
 NICENESS = 5
+
+
+def trial_settings(options: DemoOptions) -> TrialSettings:
+    """A trial with the parameters that the nodes of the demo fly and learn with.
+
+    Raises:
+        InputError: a parameter in the demo's parameter file is unknown or out of range.
+    """
+    pilot = node_config(options.params_file, 'pilot', PilotConfig)
+    expert = node_config(options.params_file, 'expert', ExpertConfig)
+    return TrialSettings(
+        learn=learn_settings(node_config(options.params_file, 'advise', AdviseConfig)),
+        flights=options.flights, answers=options.answers,
+        noise_rate=pilot.noise_rate, mistake_share=pilot.mistake_share, max_moves=pilot.max_moves,
+        avoid=expert.avoid, error_rate=expert.error_rate, skip_rate=expert.skip_rate,
+        step_budget_factor=node_config(options.params_file, 'policy', PolicyConfig).step_budget_factor,
+    )
 
 
 class TrialPool:

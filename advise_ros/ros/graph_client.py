@@ -8,13 +8,6 @@ from collections.abc import Callable
 from typing import Any, TypeVar
 
 import rclpy
-from geometry_msgs.msg import PoseStamped
-from rclpy.action import ActionClient
-from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
-from rclpy.node import Node
-from rclpy.signals import SignalHandlerOptions
-from std_srvs.srv import Trigger
-
 from advise_msgs.action import Fly
 from advise_msgs.msg import (
     Advice,
@@ -25,6 +18,13 @@ from advise_msgs.msg import (
     Policy,
     VehicleStatus,
 )
+from geometry_msgs.msg import PoseStamped
+from rclpy.action import ActionClient
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
+from std_srvs.srv import Trigger
+
 from advise_ros.core.errors import AdviseError
 from advise_ros.ros import qos
 
