@@ -13,6 +13,7 @@ from rich.console import Console
 
 from advise_ros.core.errors import AdviseError, InputError
 from advise_ros.recording.gridfile import load_grid
+from advise_ros.replay.completeness import completeness_stages
 from advise_ros.replay.demonstrations import demonstration_stages
 from advise_ros.replay.flights import flight_stages
 from advise_ros.replay.learning import learning_stages
@@ -22,7 +23,7 @@ from advise_ros.replay.stage import Comparison
 from advise_ros.ros import convert
 
 OK, DIFFERS, USAGE = 0, 1, 2
-STAGES = (demonstration_stages, learning_stages, flight_stages)
+STAGES = (completeness_stages, demonstration_stages, learning_stages, flight_stages)
 REPORT_COLUMNS = 120  # Where the terminal does not tell its width.
 
 EPILOG = """Rebuilds, without a ROS graph: demonstrations from positions and commands, their windows from the vehicle's

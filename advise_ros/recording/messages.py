@@ -7,13 +7,14 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator
 from contextlib import contextmanager
-from functools import cached_property
+from functools import cache, cached_property
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from mcap.records import Channel, Header, Metadata, Schema
 from mcap.records import Message as McapMessage
 from mcap.stream_reader import StreamReader
+from rosbags.interfaces.typing import Typesdict
 from rosbags.typesys import Stores, get_types_from_idl, get_types_from_msg, get_typestore
 from rosbags.typesys.store import Typestore
 from ruamel.yaml import YAML
@@ -22,6 +23,8 @@ from ruamel.yaml.error import YAMLError
 from advise_ros.core.errors import LogError
 
 METADATA_FILE = 'metadata.yaml'
+# Start of the library name in the files of writer.py.
+LIBRARY = 'advise_ros'
 # Longest padding that a serialiser may leave behind a message.
 MAX_PADDING = 8
 
@@ -49,6 +52,20 @@ class Record(NamedTuple):
     values: dict[str, str]
 
 
+class Gap(NamedTuple):
+    """Messages of a topic that are missing from a bag whose writer numbered them."""
+
+    topic: str
+    missing: int
+    log_time_ns: int
+
+
+@cache
+def _parsed(type_name: str, encoding: str, text: str) -> Typesdict:
+    """Fields by type; parsing takes ten milliseconds a type."""
+    return get_types_from_msg(text, type_name) if encoding == 'ros2msg' else get_types_from_idl(text)
+
+
 class Codec:
     """Decodes and encodes messages by text definitions."""
 
@@ -57,8 +74,9 @@ class Codec:
 
     def learn(self, type_name: str, encoding: str, text: str) -> None:
         """Take up a definition: encoding 'ros2msg' or 'ros2idl'."""
-        types = get_types_from_msg(text, type_name) if encoding == 'ros2msg' else get_types_from_idl(text)
-        self.store.register({name: fields for name, fields in types.items() if name not in self.store.fielddefs})
+        if type_name not in self.store.fielddefs:
+            types = _parsed(type_name, encoding, text)
+            self.store.register({name: fields for name, fields in types.items() if name not in self.store.fielddefs})
 
     def knows(self, type_name: str) -> bool:
         return type_name in self.store.fielddefs
@@ -87,8 +105,10 @@ class Bag:
     Attributes:
         path: a rosbag2 directory with .mcap files, or an .mcap file.
         topics: topic -> type of every channel.
-        codec: knows every type of the bag.
+        codec: knows the wanted types of the bag.
         first_ns, last_ns: log times of all messages; 0 and 0 when there are none.
+        count: of all messages.
+        gaps: where the numbers of a topic's messages jump; never in bags of other writers than `logger`.
 
     Raises:
         LogError: the path is no MCAP bag, or it is damaged or cut off.
@@ -101,6 +121,8 @@ class Bag:
         self.messages: list[Message] = []
         self.records: list[Record] = []
         self.first_ns, self.last_ns, self.count = 0, 0, 0
+        self.gaps: list[Gap] = []
+        self._next: dict[str, int] | None = None
         self._wanted = frozenset(type_names)
         for file in _files(self.path):
             with _one_sentence(self.path):
@@ -115,24 +137,41 @@ class Bag:
                     self._take(record, channels[record.channel_id], schemas)
                 elif isinstance(record, Schema):
                     schemas[record.id] = record
-                    self.codec.learn(record.name, record.encoding, record.data.decode())
+                    if record.name in self._wanted:
+                        self.codec.learn(record.name, record.encoding, record.data.decode())
                 elif isinstance(record, Channel):
                     channels[record.id] = record
                     self.topics[record.topic] = schemas[record.schema_id].name
                 elif isinstance(record, Metadata):
                     self.records.append(Record(record.name, dict(record.metadata)))
-                elif isinstance(record, Header) and record.profile not in ('ros2', ''):
-                    raise LogError(f'{self.path} is not a ROS 2 recording (MCAP profile {record.profile!r})')
+                elif isinstance(record, Header):
+                    self._begin(record)
+
+    def _begin(self, header: Header) -> None:
+        if header.profile not in ('ros2', ''):
+            raise LogError(f'{self.path} is not a ROS 2 recording (MCAP profile {header.profile!r})')
+        if header.library.startswith(LIBRARY) and self._next is None:
+            self._next = {}
 
     def _take(self, record: McapMessage, channel: Channel, schemas: dict[int, Schema]) -> None:
         self.first_ns = min(self.first_ns, record.log_time) if self.count else record.log_time
         self.last_ns = max(self.last_ns, record.log_time)
         self.count += 1
+        self._follow(record, channel.topic)
         type_name = schemas[channel.schema_id].name
         if type_name in self._wanted:
             self.messages.append(
                 Message(channel.topic, type_name, record.log_time, record.publish_time, bytes(record.data))
             )
+
+    def _follow(self, record: McapMessage, topic: str) -> None:
+        """Our writer numbers the messages of each topic from 0 on."""
+        if self._next is None:
+            return
+        due = self._next.get(topic, 0)
+        if record.sequence != due:
+            self.gaps.append(Gap(topic, record.sequence - due, record.log_time))
+        self._next[topic] = record.sequence + 1
 
     def on(self, topic: str) -> tuple[Message, ...]:
         """Messages of one topic, in the order of the file."""

@@ -1,0 +1,247 @@
+"""A recorded session replays equal, and whatever is changed in its bag is found and named."""
+
+import copy
+import json
+import re
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from mcap.records import Channel, Metadata, Schema
+from mcap.records import Message as McapMessage
+from mcap.stream_reader import StreamReader
+from mcap.writer import Writer
+from support.session_bag import GRID, SessionBag, session_bag
+
+from advise_ros.commands import replay
+from advise_ros.recording.gridfile import grid_to_mapping
+
+Tamper = Callable[[SessionBag], None]
+
+
+@pytest.fixture(scope='module')
+def good() -> SessionBag:
+    return session_bag()
+
+
+@pytest.fixture
+def bag(good: SessionBag) -> SessionBag:
+    """A copy to be tampered with."""
+    return copy.deepcopy(good)
+
+
+def verdict(bag: SessionBag, directory: Path) -> tuple[int, dict[str, dict], str]:
+    """Exit code, stage -> values, and what was asked."""
+    report = directory / 'report.json'
+    code = replay.run([str(bag.write(directory / 'bag')), '--json', str(report)])
+    values = json.loads(report.read_text())
+    return code, {stage['name']: stage for stage in values['stages']}, values['asked']
+
+
+def test_a_session_replays_byte_for_byte(bag: SessionBag, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    code, stages, asked = verdict(bag, tmp_path)
+    assert (code, asked) == (0, 'bytes')
+    assert all(stage['checked'] == stage['equal'] > 0 and not stage['difference'] for stage in stages.values())
+    assert stages['policies']['checked'] == stages['queries']['checked'] == len(bag.where('/advise/policy')) == 3
+    assert stages['demonstrations']['checked'] == stages['flight windows']['checked'] == 2
+    pilots = len(bag.where('/cmd_vel')) - stages['commands']['checked']
+    assert f'{pilots} commands of pilots' in stages['commands']['notes'][0]
+    assert 'follows from what the bag holds' in capsys.readouterr().out
+
+
+# -- something was changed -------------------------------------------------------------------------
+def move_pose_in_a_demonstration(bag: SessionBag) -> None:
+    """Out of its cell, in the middle of the first flight."""
+    index = bag.where('/pose')[40]
+    bag.entries[index][2].pose.position.x += 20.0
+
+
+def nudge_pose_of_the_policy(bag: SessionBag) -> None:
+    """By a millimetre, in the last flight."""
+    bag.entries[bag.where('/pose')[-5]][2].pose.position.y += 1e-3
+
+
+def drop(topic: str, which: int) -> Tamper:
+    def tamper(bag: SessionBag) -> None:
+        del bag.entries[bag.where(topic)[which]]
+
+    return tamper
+
+
+def change(topic: str, which: int, field: str, index: int | None, value: object) -> Tamper:
+    def tamper(bag: SessionBag) -> None:
+        message = bag.entries[bag.where(topic)[which]][2]
+        if index is None:
+            setattr(message, field, value)
+        else:
+            getattr(message, field)[index] = value
+
+    return tamper
+
+
+def one_bit_of_a_value(bag: SessionBag) -> None:
+    value = bag.entries[bag.where('/advise/policy')[2]][2].value
+    value[5] = float(np.nextafter(np.float32(value[5]), np.float32(9)))
+
+
+def watchdog_moves(bag: SessionBag) -> None:
+    """A command between two poses of the policy's flight that is not zero."""
+    index = bag.where('/cmd_vel')[-3]
+    topic, log_time_ns, message = copy.deepcopy(bag.entries[index])
+    message.header.stamp.nanosec += 1
+    bag.entries.insert(index + 1, (topic, log_time_ns, message))
+
+
+def faster_command(bag: SessionBag) -> None:
+    bag.entries[bag.where('/cmd_vel')[-6]][2].twist.linear.x += 1e-9
+
+
+TAMPERED = [
+    (move_pose_in_a_demonstration, 'demonstrations', r'/demonstration at [\d.]+: .* is .*, expected '),
+    (drop('/pose', 40), 'demonstrations', r'/demonstration at [\d.]+: audit.samples is \d+, expected \d+'),
+    (change('/demonstration', 1, 'actions', 0, 3), 'demonstrations', r'/demonstration at [\d.]+: actions\[0\] is 3, expected \d'),
+    (change('/demonstration', 0, 'end_reason', None, 2), 'demonstrations', r'end_reason is 2, expected 0'),
+    (drop('/demonstration', 1), 'policies', r'/advise/policy at [\d.]+: demonstrations is 2, expected at most 1'),
+    (drop('/advise/policy', 1), 'policies', r'/advise/policy at [\d.]+: version is 3, expected 2'),
+    (change('/advise/policy', 2, 'greedy', 4, 9), 'policies', r'/advise/policy at [\d.]+: greedy\[4\] is 9, expected \d'),
+    (change('/advise/policy', 0, 'digest', None, '0' * 64), 'policies', r"digest is '0{64}', expected '[0-9a-f]{64}'"),
+    (one_bit_of_a_value, 'policies', r'/advise/policy at [\d.]+: value\[5\] is \S+, expected \S+'),
+    (drop('/advise/advice_log', 0), 'policies', r'log_length is 1, expected at most 0'),
+    (change('/advise/advice_log', 0, 'preferred', 0, 2), 'policies', r'/advise/policy at [\d.]+: \S+ is .*, expected'),
+    (drop('/advise/query', 1), 'queries', r'/advise/query at [\d.]+: nothing, expected query \d'),
+    (change('/advise/query', 2, 'question', None, 'Why?'), 'queries', r"/advise/query at [\d.]+: question is 'Why\?', expected '"),
+    (change('/advise/query', 1, 'query_id', None, 7), 'queries', r'query_id is 7, expected 2'),
+    (nudge_pose_of_the_policy, 'commands', r'/cmd_vel at [\d.]+: twist.linear.\w is \S+, expected \S+'),
+    (faster_command, 'commands', r'/cmd_vel at [\d.]+: twist.linear.x is \S+, expected \S+'),
+    (watchdog_moves, 'commands', r'/cmd_vel at [\d.]+: linear.\w is \S+, expected 0.0: no pose bears this stamp'),
+    (change('/policy/status', -1, 'steps', None, 99), 'flight statuses', r'/policy/status at [\d.]+: steps is 99, expected \d+'),
+    (change('/policy/status', 0, 'policy_version', None, 77), 'flight statuses', r'policy_version is 77, expected one of'),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(('tamper', 'stage', 'words'), TAMPERED, ids=[f'{n}-{case[1]}' for n, case in enumerate(TAMPERED)])
+def test_what_was_changed_is_named(bag: SessionBag, tmp_path: Path, tamper: Tamper, stage: str, words: str) -> None:
+    tamper(bag)
+    code, stages, _ = verdict(bag, tmp_path)
+    assert code == 1
+    assert stages[stage]['equal'] < stages[stage]['checked']
+    assert re.search(words, stages[stage]['difference']), stages[stage]['difference']
+
+
+def test_a_message_that_was_cut_out_is_missed(bag: SessionBag, tmp_path: Path) -> None:
+    """Even one that nothing else depends on: the logger numbers the messages of each topic."""
+    path = bag.write(tmp_path / 'bag')
+    cut_out(path / 'bag_0.mcap', '/cmd_vel', 3)
+    report = tmp_path / 'report.json'
+    assert replay.run([str(path), '--json', str(report)]) == 1
+    stage = json.loads(report.read_text())['stages'][0]
+    assert stage['name'] == 'messages kept' and stage['checked'] - stage['equal'] == 1
+    assert re.fullmatch(r'/cmd_vel at log time [\d.]+: 1 messages before it are missing', stage['difference'])
+
+
+def cut_out(path: Path, topic: str, sequence: int) -> None:
+    """Write an MCAP file again without one message."""
+    with path.open('rb') as stream:
+        reader = list(StreamReader(stream).records)
+    channels: dict[int, str] = {}
+    with path.open('wb') as stream:
+        writer = Writer(stream)
+        writer.start('ros2', 'advise_ros')
+        for record in reader:
+            if isinstance(record, Schema) and not channels.get(-record.id):
+                channels[-record.id] = record.name
+                writer.register_schema(record.name, record.encoding, record.data)
+            elif isinstance(record, Channel) and record.id not in channels:
+                channels[record.id] = record.topic
+                writer.register_channel(record.topic, record.message_encoding, record.schema_id, record.metadata)
+            elif isinstance(record, Metadata):
+                writer.add_metadata(record.name, record.metadata)
+            elif isinstance(record, McapMessage) and (channels[record.channel_id], record.sequence) != (topic, sequence):
+                writer.add_message(record.channel_id, record.log_time, record.data, record.publish_time, record.sequence)
+        writer.finish()
+
+
+# -- another machine -------------------------------------------------------------------------------
+def test_elsewhere_equal_decisions_are_asked(bag: SessionBag, tmp_path: Path) -> None:
+    bag.made_on['numpy'] = '1.26.0'
+    one_bit_of_a_value(bag)
+    code, stages, asked = verdict(bag, tmp_path)
+    assert (code, asked) == (0, 'decisions')
+    assert stages['policies']['equal'] == 3
+
+
+def test_elsewhere_another_decision_still_differs(bag: SessionBag, tmp_path: Path) -> None:
+    bag.made_on.clear()
+    change('/advise/policy', 1, 'greedy', 2, 9)(bag)
+    code, stages, _ = verdict(bag, tmp_path)
+    assert code == 1
+    assert 'greedy[2] is 9' in stages['policies']['difference']
+
+
+def test_a_learner_that_was_started_again_replays(bag: SessionBag, tmp_path: Path) -> None:
+    """Versions, questions and answers begin anew, and the first demonstration is there before all others."""
+    last = bag.entries[-1][1]
+    learnt = [entry for entry in bag.entries if entry[0].startswith('/advise/')]
+    bag.entries += [(topic, last + 1 + log_time_ns, message) for topic, log_time_ns, message in learnt]
+    code, stages, _ = verdict(bag, tmp_path)
+    assert code == 0
+    assert stages['policies']['checked'] == stages['queries']['checked'] == 6
+
+
+# -- bad input -------------------------------------------------------------------------------------
+def error_of(capsys: pytest.CaptureFixture[str], *arguments: object) -> str:
+    """The one sentence on stderr; the exit code must be 2."""
+    assert replay.run([str(argument) for argument in arguments]) == 2
+    captured = capsys.readouterr()
+    assert captured.out == ''
+    lines = captured.err.splitlines()
+    assert len(lines) == 1 and lines[0].startswith('error: ')
+    return lines[0]
+
+
+def test_no_such_bag(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert 'there is no such file' in error_of(capsys, tmp_path / 'none')
+
+
+def test_not_a_bag(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert 'it has no metadata.yaml' in error_of(capsys, tmp_path)
+    (tmp_path / 'metadata.yaml').write_text('rosbag2: [')
+    assert 'not one of rosbag2' in error_of(capsys, tmp_path)
+    (tmp_path / 'text.mcap').write_text('this is a text, and a rather long one')
+    assert 'is not a whole bag' in error_of(capsys, tmp_path / 'text.mcap')
+
+
+def test_a_truncated_bag(bag: SessionBag, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = bag.write(tmp_path / 'bag') / 'bag_0.mcap'
+    data = file.read_bytes()
+    for share in (0.0, 0.2, 0.5, 0.9, 0.9999):
+        file.write_bytes(data[: int(len(data) * share)])
+        assert 'is not a whole bag' in error_of(capsys, tmp_path / 'bag')
+
+
+def test_a_flipped_byte(bag: SessionBag, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = bag.write(tmp_path / 'bag') / 'bag_0.mcap'
+    data = bytearray(file.read_bytes())
+    data[len(data) // 3] ^= 0x10
+    file.write_bytes(data)
+    assert 'is not a whole bag' in error_of(capsys, tmp_path / 'bag')
+
+
+def test_no_demonstrations(bag: SessionBag, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    bag.entries = [entry for entry in bag.entries if entry[0] != '/demonstration']
+    assert 'holds no demonstrations' in error_of(capsys, bag.write(tmp_path / 'bag'))
+
+
+def test_another_grid(bag: SessionBag, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path, grid = bag.write(tmp_path / 'bag'), tmp_path / 'grid.yaml'
+    values = grid_to_mapping(GRID)
+    grid.write_text(json.dumps({'grid': values}))
+    assert replay.run([str(path), '--grid', str(grid)]) == 0
+    capsys.readouterr()
+    grid.write_text(json.dumps({'grid': {**values, 'altitude': 9.0}}))
+    assert 'is on another grid' in error_of(capsys, path, '--grid', grid)
+
+
+def test_another_namespace(bag: SessionBag, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert 'has no demonstrations in namespace' in error_of(capsys, bag.write(tmp_path / 'bag'), '--namespace', 'drone1')
