@@ -7,13 +7,13 @@ import sys
 import time
 from collections import Counter
 
+from advise_msgs import msg
 from geometry_msgs.msg import PoseStamped, TwistStamped
 from nav_msgs.msg import Odometry
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from std_srvs.srv import Trigger
 
-from advise_msgs import msg
 from advise_ros.config import RecorderConfig
 from advise_ros.core.errors import InputError
 from advise_ros.core.flights import demonstrations_of
@@ -70,8 +70,11 @@ class RecorderNode(Node):
         self.create_timer(REPORT_S, self._report, clock=steady)
 
     def _source(self) -> str:
-        topic = f'topic {self.resolve_topic_name(self.config.pose_source)}'
-        return {'topics': topic, 'mavlink': f'mavlink {self.config.mavlink_url}', 'tlog': self.config.tlog_file}[self.config.source]
+        if self.config.source == 'tlog':
+            return self.config.tlog_file
+        if self.config.source == 'mavlink':
+            return f'mavlink {self.config.mavlink_url}'
+        return f'topic {self.resolve_topic_name(self.config.pose_source)}'
 
     # -- sources -----------------------------------------------------------------------------
     def _open_topics(self) -> None:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -46,7 +46,15 @@ ProgressCallback = Callable[[int, int], None]
 
 
 class Frame(NamedTuple):
-    """A message of the log and when it was logged."""
+    """A sound frame of the log: when it was logged, its bytes with the stamp, and its message if it is a wanted one."""
+
+    stamp_ns: int
+    data: bytes
+    message: Message | None
+
+
+class Logged(NamedTuple):
+    """A wanted message and when it was logged."""
 
     stamp_ns: int
     message: Message
@@ -59,7 +67,6 @@ class Scan:
     frames: int = 0
     garbage_bytes: int = 0
     cut_bytes: int = 0
-    ids: Counter[int] = field(default_factory=Counter)
 
 
 def read_tlog(path: str | Path, progress: ProgressCallback | None = None) -> Recording:
@@ -77,42 +84,39 @@ def read_tlog(path: str | Path, progress: ProgressCallback | None = None) -> Rec
     """
     data = _read(Path(path))
     scan = Scan()
-    frames = list(frames_of(data, scan, progress))
+    frames = frames_of(data, scan, progress)
+    logged = [Logged(frame.stamp_ns, frame.message) for frame in frames if frame.message is not None]
     if not scan.frames:
         raise LogError(
             f'{path} is not a MAVLink telemetry log: no frame in {len(data)} bytes; '
             'name a .tlog as ground stations and mavproxy write it'
         )
-    vehicle = _vehicle(frames)
+    vehicle = _vehicle(logged)
     if vehicle is None:
         raise LogError(
             f'{path} has {scan.frames} MAVLink frames but no position (LOCAL_POSITION_NED); '
             'ask the autopilot for message 32 and record again'
         )
-    return _recording(path, frames, vehicle, scan)
+    return _recording(path, logged, vehicle, scan)
 
 
 def frames_of(data: bytes, scan: Scan, progress: ProgressCallback | None = None) -> Iterator[Frame]:
-    """The wanted messages of a log, in its order; `scan` is filled on the way."""
+    """All sound frames of a log, in its order; `scan` is filled on the way."""
     codec = dialect.MAVLink(None)
     at, reported = 0, 0
     while at < len(data):
         length = _length(data, at)
-        message = None
-        if length and at + length <= len(data):
-            message_id = _message_id(data, at + STAMP_BYTES)
-            good, message = _take(codec, data, (at, length), message_id)
-            if good:
-                scan.frames += 1
-                scan.ids[message_id] += 1
-                if message is not None:
-                    yield Frame(_stamp_us(data, at) * 1000, message)
-                at += length
-                if progress is not None and at - reported > len(data) // 100:
-                    reported = at
-                    progress(at, len(data))
-                continue
-        at = _resume(data, at, scan, cut=length > 0 and at + length > len(data))
+        cut = at + length > len(data)
+        good, message = _take(codec, data, at, length) if length and not cut else (False, None)
+        if not good:
+            at = _resume(data, at, scan, cut=cut)
+            continue
+        scan.frames += 1
+        yield Frame(_stamp_us(data, at) * 1000, data[at : at + length], message)
+        at += length
+        if progress is not None and at - reported > len(data) // 100:
+            reported = at
+            progress(at, len(data))
 
 
 def _read(path: Path) -> bytes:
@@ -149,13 +153,12 @@ def _message_id(data: bytes, start: int) -> int:
     return data[start + 5] if data[start] == START_V1 else int.from_bytes(data[start + 7 : start + 10], 'little')
 
 
-def _take(codec: Any, data: bytes, place: tuple[int, int], message_id: int) -> tuple[bool, Message | None]:
+def _take(codec: Any, data: bytes, at: int, length: int) -> tuple[bool, Message | None]:
     """Whether the frame is sound, and its message if it is a wanted one.
 
     Decoding costs most of the time: a frame nobody wants is believed when another follows it at once.
     """
-    at, length = place
-    after = at + length
+    after, message_id = at + length, _message_id(data, at + STAMP_BYTES)
     if message_id not in WANTED and (after == len(data) or _length(data, after)):
         return True, None
     if message_id not in dialect.mavlink_map:
@@ -179,17 +182,17 @@ def _resume(data: bytes, at: int, scan: Scan, *, cut: bool) -> int:
 
 
 # -- samples ---------------------------------------------------------------------------------------
-def _vehicle(frames: list[Frame]) -> tuple[int, int] | None:
+def _vehicle(frames: list[Logged]) -> tuple[int, int] | None:
     """System and component that send most positions."""
     senders = Counter(_sender(frame) for frame in frames if frame.message.get_msgId() == LOCAL_POSITION_NED)
     return senders.most_common(1)[0][0] if senders else None
 
 
-def _sender(frame: Frame) -> tuple[int, int]:
+def _sender(frame: Logged) -> tuple[int, int]:
     return frame.message.get_srcSystem(), frame.message.get_srcComponent()
 
 
-def _recording(path: str | Path, frames: list[Frame], vehicle: tuple[int, int], scan: Scan) -> Recording:
+def _recording(path: str | Path, frames: list[Logged], vehicle: tuple[int, int], scan: Scan) -> Recording:
     own = [frame for frame in frames if _sender(frame) == vehicle]
     positions = [frame for frame in own if frame.message.get_msgId() == LOCAL_POSITION_NED]
     others = {_sender(frame)[0] for frame in frames if frame.message.get_msgId() == LOCAL_POSITION_NED} - {vehicle[0]}
@@ -205,7 +208,7 @@ def _recording(path: str | Path, frames: list[Frame], vehicle: tuple[int, int], 
     )
 
 
-def _is_for(frame: Frame, vehicle: tuple[int, int]) -> bool:
+def _is_for(frame: Logged, vehicle: tuple[int, int]) -> bool:
     message = frame.message
     return message.get_msgId() == SET_POSITION_TARGET_LOCAL_NED and message.target_system in (0, vehicle[0])
 
@@ -221,7 +224,7 @@ def _arrays(rows: list[tuple[int, Vector]]) -> tuple[Any, Any]:
     return stamps_ns, vectors.reshape(-1, 3)
 
 
-def _events(own: list[Frame]) -> tuple[VehicleEvent, ...]:
+def _events(own: list[Logged]) -> tuple[VehicleEvent, ...]:
     """Changes of armed and in-air; none when the autopilot does not tell whether it is on the ground.
 
     Without heartbeats of the vehicle in the log, being in the air has to mean armed.
