@@ -17,7 +17,7 @@ from advise_ros.sim.autopilot import COMPONENT_ID, Autopilot
 from advise_ros.sim.link import Link
 from advise_ros.sim.pacing import Pacer
 
-FASTEST_TIMER_S, SLOWEST_TIMER_S = 0.001, 0.005
+FASTEST_TIMER_S, SLOWEST_TIMER_S = 0.001, 0.01
 # A callback hands control back after this long, so that signals and diagnostics are served.
 LONGEST_TURN_NS = 10_000_000
 
@@ -41,6 +41,7 @@ class SimulatorNode(Node):
         self._pacer = Pacer(self.config.speedup, round(self.config.step_s * 1e9))
         self._clock_period_ns = round(1e9 / self.config.clock_rate_hz)
         self._clock_sent_ns = 0
+        self._spoken_to = False
         self._clock_publisher = self.create_publisher(ClockMessage, '/clock', qos.COMMAND) if self.config.publish_clock else None
         self._diagnostics = Diagnostics(self)
         steady = Clock(clock_type=ClockType.STEADY_TIME)
@@ -65,6 +66,7 @@ class SimulatorNode(Node):
 
     def _answer(self) -> None:
         for message in self._link.read():
+            self._spoken_to = True
             self._link.send(self._autopilot.receive(message))
 
     def _publish_clock(self, steady_ns: int) -> None:
@@ -80,6 +82,8 @@ class SimulatorNode(Node):
         }
         if pacer.falls_behind and pacer.achieved is not None:
             self._diagnostics.set(WARN, f'speedup {pacer.speedup:g} asked, {pacer.achieved:.1f} achieved: this machine cannot keep up', values)
+        elif not self._spoken_to:
+            self._diagnostics.set(OK, f'waiting for a companion on {self.config.endpoint}', values)
         else:
             self._diagnostics.set(OK, 'simulating' if vehicle.ready else 'simulating; not ready to arm yet', values)
 
