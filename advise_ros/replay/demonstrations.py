@@ -12,6 +12,9 @@ from advise_ros.replay.session import Recorded, RecordedSession
 from advise_ros.replay.stage import Comparison, Stage, at
 from advise_ros.ros import convert
 
+# How the recorder names positions that it had from a topic.
+TOPIC_SOURCE = 'topic '
+
 
 def demonstration_stages(session: RecordedSession, comparison: Comparison) -> list[Stage]:
     """Rebuild each demonstration within its window, and the windows from the vehicle's state."""
@@ -28,8 +31,8 @@ def demonstration_stages(session: RecordedSession, comparison: Comparison) -> li
 
 
 def is_flown(value: Any) -> bool:
-    """It was made from the topics of the bag, not on the grid model or from a file."""
-    return bool(value.audit.samples > 0)
+    """It was made from topics, not on the grid model or from a file, and is not the taking back of another."""
+    return str(value.source).startswith(TOPIC_SOURCE) and value.audit.samples > 0
 
 
 def _rebuilt(session: RecordedSession, config: RecorderConfig, value: Any) -> Demonstration:

@@ -8,9 +8,11 @@ from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any, TypeVar
 
+import numpy as np
+
 from advise_ros import config
 from advise_ros.core.errors import LogError
-from advise_ros.core.samples import Recording
+from advise_ros.core.samples import PoseSamples, Recording
 from advise_ros.recording import platform
 from advise_ros.recording.bags import BagTopics, read_bag
 from advise_ros.recording.messages import Bag, Message
@@ -100,15 +102,21 @@ def read_session(path: str | Path, namespace: str | None = None) -> RecordedSess
     """
     bag = Bag(path, TYPES)
     where = _namespace(bag, namespace)
-    names = BagTopics(
-        pose=(f'{where}/pose', f'{where}/odom'), command=f'{where}/cmd_vel',
-        status=f'{where}/vehicle_status', policy=f'{where}/policy/status',
-    )
     if not bag.on(f'{where}/{DEMONSTRATION_TOPIC}'):
         raise LogError(f'{path} holds no demonstrations; record a session with the logger from its beginning')
-    recording = read_bag(path, names)
+    parameters = _parameters(bag)
+    recording = _samples(bag, where, parameters.get(f'{where}/recorder', {}))
     made_on = next((record.values for record in bag.records if record.name == PLATFORM_RECORD), {})
-    return RecordedSession(bag, where, recording, _parameters(bag), made_on, made_on == platform.describe())
+    return RecordedSession(bag, where, recording, parameters, made_on, made_on == platform.describe())
+
+
+def _samples(bag: Bag, where: str, recorder: Mapping[str, Any]) -> Recording:
+    """Poses and what goes with them; none where the bag has no positions."""
+    pose = f'{where}/{recorder.get("pose_source", "pose")}'
+    if pose not in bag.topics:
+        return Recording(PoseSamples(np.empty(0, dtype=np.int64), np.empty((0, 3))))
+    names = BagTopics((pose,), f'{where}/cmd_vel', f'{where}/vehicle_status', f'{where}/policy/status')
+    return read_bag(bag.path, names)
 
 
 def _namespace(bag: Bag, wanted: str | None) -> str:

@@ -33,7 +33,7 @@ from advise_ros.settings import learn_settings
 
 GRID = Grid(2.0, 3, 3, (-1.0, -1.0), 3.0, (2, 8, 0))
 TICK_NS = 100_000_000
-SOURCE = 'topics pose and cmd_vel'
+SOURCE = 'topic /pose'
 
 Entry = tuple[str, int, Any]  # Topic, log time [ns], message.
 
