@@ -1,63 +1,200 @@
-"""The bridge's process against a scripted autopilot on a real socket."""
+"""The bridge's process against a scripted autopilot, and against the simulator, on real sockets."""
 
 from __future__ import annotations
 
+import signal
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped, TwistStamped
+from sensor_msgs.msg import BatteryState
 from std_srvs.srv import SetBool, Trigger
 
 from advise_msgs.msg import VehicleStatus
+from advise_ros.mavlink import messages as mav
+from advise_ros.mavlink.messages import dialect
 from advise_ros.ros import qos
+from support.flying import velocity
 from support.graph import Graph
-from support.scripted import ScriptedCopter, UdpPeer
+from support.processes import Process
+from support.scripted import REFUSAL, RTL, ScriptedCopter, UdpPeer
+
+GRID = str(Path(__file__).parents[2] / 'config' / 'grid_6x6.yaml')
 
 
-def start(graph: Graph, port: int, **params: object) -> object:
+def start(graph: Graph, port: int, **params: object) -> Process:
     url = f'udpin:127.0.0.1:{port}'
     return graph.start('mavlink_bridge', params={'url': url, 'takeoff_altitude_m': 3.0, 'heartbeat_timeout_s': 1.0, **params})
 
 
-def wait_status(graph: Graph, predicate: object, **kwargs: object) -> VehicleStatus:
+def wait_status(graph: Graph, predicate: Callable[[VehicleStatus], Any], **kwargs: Any) -> VehicleStatus:
     return graph.wait_for('vehicle_status', VehicleStatus, predicate, qos=qos.latched(), **kwargs)
 
 
-def velocity(east: float, north: float, up: float = 0.0, frame: str = 'map') -> TwistStamped:
-    message = TwistStamped()
-    message.header.frame_id = frame
-    message.twist.linear.x, message.twist.linear.y, message.twist.linear.z = east, north, up
-    return message
+def said(graph: Graph, words: str) -> None:
+    graph.wait_for(
+        '/diagnostics', DiagnosticArray, lambda a: any(s.name == '/mavlink_bridge' and words in s.message for s in a.status))
+
+
+def fly(graph: Graph, peer: UdpPeer) -> Any:
+    """Take off by the service and return a publisher of commands."""
+    wait_status(graph, lambda s: s.ready)
+    reply = graph.call(Trigger, 'mavlink_bridge/takeoff')
+    assert reply.success, reply.message
+    wait_status(graph, lambda s: s.commandable)
+    assert not peer.copter.setpoints  # None during the take-off, none before the first command.
+    return graph.publisher('cmd_vel', TwistStamped, qos.COMMAND)
+
+
+def on_the_wire(peer: UdpPeer) -> tuple[float, float, float]:
+    """The last setpoint's velocity, north-east-down."""
+    last = peer.copter.setpoints[-1]
+    return last.vx, last.vy, last.vz
 
 
 def test_takes_off_flies_stops_on_a_stale_command_and_lands(graph: Graph, free_udp_port: int) -> None:
     bridge = start(graph, free_udp_port)
     with UdpPeer(ScriptedCopter(), free_udp_port) as peer:
-        wait_status(graph, lambda s: s.ready)
-        reply = graph.call(Trigger, 'mavlink_bridge/takeoff')
-        assert reply.success, reply.message
-        wait_status(graph, lambda s: s.commandable)
+        commands = fly(graph, peer)
         assert peer.copter.altitude_m >= 2.7
-        assert not peer.copter.setpoints  # None during the take-off, none before the first command.
-        graph.publisher('cmd_vel', TwistStamped, qos.COMMAND).publish(velocity(1.0, 0.5))
-        graph.wait_until(lambda: any(abs(s.vy - 1.0) < 1e-6 for s in peer.copter.setpoints), what='the setpoint')
+        commands.publish(velocity(1.0, 0.5, -0.25))
+        graph.wait_until(lambda: peer.copter.setpoints, what='a setpoint')
         first = peer.copter.setpoints[0]
         assert (first.type_mask, first.coordinate_frame) == (0x05C7, 1)
-        assert (first.vx, first.vy, first.vz, first.yaw_rate) == (0.5, 1.0, 0.0, 0.0)
-        graph.wait_until(lambda: peer.copter.setpoints[-1].vy == 0.0, what='zero after the command went stale')
+        assert (first.vx, first.vy, first.vz, first.yaw_rate) == (0.5, 1.0, 0.25, 0.0)
+        graph.wait_until(lambda: on_the_wire(peer) == (0.0, 0.0, 0.0), what='zero after the command went stale')
         pose = graph.wait_for('pose', PoseStamped, lambda p: p.pose.position.x > 0.1, qos=qos.SENSOR)
         assert pose.header.frame_id == 'map'
         assert abs(pose.pose.position.x - 2 * pose.pose.position.y) < 0.01
+        assert pose.pose.orientation.w == pytest.approx(1.0)  # The scripted nose points east.
+        battery = graph.wait_for('battery_state', BatteryState, qos=qos.SENSOR)
+        assert (battery.voltage, battery.percentage) == pytest.approx((12.6, 0.8))
         assert graph.call(Trigger, 'mavlink_bridge/land').success
         wait_status(graph, lambda s: not s.armed and not s.in_air, new=True)
     assert bridge.terminate() == 0
 
 
-def test_arming_before_ready_shows_the_autopilots_text(graph: Graph, free_udp_port: int) -> None:
+def test_a_lost_link_is_reported_and_nothing_old_is_flown_when_it_returns(graph: Graph, free_udp_port: int) -> None:
     start(graph, free_udp_port)
-    copter = ScriptedCopter(ready=False, refuse={400: 'Arm: Need Position Estimate'})
-    with UdpPeer(copter, free_udp_port):
-        wait_status(graph, lambda s: s.connected)
+    with UdpPeer(ScriptedCopter(), free_udp_port) as peer:
+        commands = fly(graph, peer)
+        commands.publish(velocity(1.0, 0.0))
+        graph.wait_until(lambda: peer.copter.setpoints, what='a setpoint')
+        peer.muted.set()
+        lost = wait_status(graph, lambda s: not s.connected, new=True)
+        assert lost.waiting_for == 'heartbeat: the link to the autopilot is lost'
+        assert not lost.commandable
+        said(graph, 'the link to the autopilot is lost')
+        assert not graph.call(Trigger, 'mavlink_bridge/land').success
+        for _ in range(50):
+            commands.publish(velocity(2.0, 0.0))
+        peer.copter.setpoints.clear()
+        peer.muted.clear()
+        wait_status(graph, lambda s: s.commandable, new=True)
+        assert not peer.copter.setpoints
+        commands.publish(velocity(0.5, 0.0))
+        graph.wait_until(lambda: peer.copter.setpoints, what='a fresh setpoint')
+        assert on_the_wire(peer) == (0.0, 0.5, 0.0)
+
+
+def test_the_fence_holds_what_is_refused_is_zero_and_its_end_stops_the_vehicle(graph: Graph, free_udp_port: int) -> None:
+    bridge = start(graph, free_udp_port, grid_file=GRID, takeoff_altitude_m=0.0, command_timeout_s=60.0)
+    heard = graph.listen('/diagnostics', DiagnosticArray)
+    copter = ScriptedCopter()
+    with UdpPeer(copter, free_udp_port) as peer:
+        commands = fly(graph, peer)
+        assert copter.altitude_m >= 4.7  # the grid's altitude
+        for command, words in (
+            (velocity(1.0, 0.0, frame='base_link'), "its frame is 'base_link'; it must be 'map' (ENU)"),
+            (velocity(float('nan'), 0.0), 'command refused: it is not finite'),
+        ):
+            commands.publish(command)
+            graph.wait_until(lambda w=words: any(w in s.message for a in list(heard) for s in a.status), what=words)
+        assert {(s.vx, s.vy, s.vz) for s in copter.setpoints} == {(0.0, 0.0, 0.0)}
+        commands.publish(velocity(-3.0, 0.0))
+        graph.wait_until(lambda: copter.position_ned[1] < -1.0, what='a position near the fence at -2 m')
+        said(graph, 'fence ahead: east limited')
+        assert copter.position_ned[1] > -2.0
+        commands.publish(velocity(1.0, 0.0))
+        graph.wait_until(lambda: on_the_wire(peer) == (0.0, 1.0, 0.0), what='the setpoint')
+        bridge.signal(signal.SIGTERM)
+        assert bridge.wait_exit() == 0
+        graph.wait_until(lambda: on_the_wire(peer) == (0.0, 0.0, 0.0), what='zero at the end')
+
+
+def test_an_autopilot_that_is_not_ready_is_told_in_its_words(graph: Graph, free_udp_port: int) -> None:
+    start(graph, free_udp_port, ready_timeout_s=1.0)
+    assert wait_status(graph, lambda s: True).waiting_for == 'heartbeat: no autopilot has been heard'
+    assert not graph.call(Trigger, 'mavlink_bridge/takeoff').success
+    with UdpPeer(ScriptedCopter(ready=False, refuse={mav.CMD_ARM: REFUSAL}), free_udp_port) as peer:
+        wait_status(graph, lambda s: s.waiting_for == 'EKF position, pre-arm check')
         reply = graph.call(SetBool, 'mavlink_bridge/arm', SetBool.Request(data=True))
         assert not reply.success
-        assert 'Arm: Need Position Estimate' in reply.message
-        assert 'EKF position, pre-arm check' in reply.message
-        status = wait_status(graph, lambda s: s.text)
-        assert status.text == 'Arm: Need Position Estimate'
+        assert reply.message == (
+            f'arm refused: failed; the autopilot says: {REFUSAL} (still waiting for: EKF position, pre-arm check)')
+        assert wait_status(graph, lambda s: s.text).text == REFUSAL
+        said(graph, REFUSAL)
+        peer.send(dialect.MAVLink_statustext_message(4, b'PreArm: Compass not calibrated'))
+        assert 'still waiting for: EKF position' in graph.call(Trigger, 'mavlink_bridge/takeoff').message
+        status = wait_status(graph, lambda s: 'given up' in s.waiting_for)
+        assert 'the autopilot says: PreArm: Compass not calibrated' in status.waiting_for
+
+
+def test_garbage_reaches_no_pose_and_a_mode_of_somebody_elses_ends_the_commanding(graph: Graph, free_udp_port: int) -> None:
+    start(graph, free_udp_port)
+    with UdpPeer(ScriptedCopter(), free_udp_port) as peer:
+        poses = graph.listen('pose', PoseStamped, qos.SENSOR_DEEP)
+        commands = fly(graph, peer)
+        for _ in range(20):
+            peer.send(dialect.MAVLink_local_position_ned_message(10**6, float('nan'), 0.0, 0.0, 0.0, 0.0, 0.0))
+            peer.send_bytes(b'\xfd\xff\x00\x00 garbage')
+        enough = len(poses) + 10
+        graph.wait_until(lambda: len(poses) > enough, what='poses')
+        assert all(abs(p.pose.position.x) < 1.0 for p in poses)
+        stamps = [p.header.stamp.sec * 10**9 + p.header.stamp.nanosec for p in poses]
+        assert all(b > a for a, b in zip(stamps, stamps[1:], strict=False))
+        peer.copter.mode = RTL
+        status = wait_status(graph, lambda s: s.mode == 'RTL')
+        assert not status.commandable
+        assert 'RTL was set by someone else' in status.waiting_for
+        commands.publish(velocity(1.0, 0.0))
+        wait_status(graph, lambda s: s.mode == 'RTL', new=True)  # A second later:
+        assert not peer.copter.setpoints
+        assert peer.copter.mode == RTL
+
+
+def test_a_port_in_use_ends_it_and_a_take_off_without_an_altitude_is_refused(graph: Graph, free_udp_port: int) -> None:
+    start(graph, free_udp_port, takeoff_altitude_m=0.0)
+    reply = graph.call(Trigger, 'mavlink_bridge/takeoff')
+    assert not reply.success
+    assert "set the parameter 'takeoff_altitude_m' or 'grid_file'" in reply.message
+    url = f'udpin:127.0.0.1:{free_udp_port}'
+    second = graph.run('mavlink_bridge', params={'url': url})
+    assert second.popen.returncode == 2
+    assert f"error: cannot listen on '{url}': address already in use; stop the other program or take another port" in second.err
+
+
+def test_flies_the_simulator_over_tcp_at_ten_times_real_time(graph: Graph, free_tcp_port: int) -> None:
+    endpoint = f'tcpin:127.0.0.1:{free_tcp_port}'
+    graph.start('simulator', params={'endpoint': endpoint, 'speedup': 10.0, 'ready_after_s': 2.0})
+    graph.start('mavlink_bridge', params={
+        'url': f'tcp:127.0.0.1:{free_tcp_port}', 'grid_file': GRID, 'pose_rate_hz': 10.0, 'use_sim_time': True,
+    })
+    wait_status(graph, lambda s: s.connected, timeout_s=40.0)
+    graph.call(Trigger, 'mavlink_bridge/takeoff')
+    wait_status(graph, lambda s: s.commandable, timeout_s=40.0)
+    commands = graph.publisher('cmd_vel', TwistStamped, qos.COMMAND)
+
+    def moved() -> Any:
+        commands.publish(velocity(1.0, 0.0))
+        return [p for p in graph.listen('pose', PoseStamped, qos.SENSOR_DEEP) if p.pose.position.x > 2.0]
+
+    at = graph.wait_until(moved, what='a flight of 2 m east')[0].pose.position
+    assert abs(at.y) < 0.3 and abs(at.z - 5.0) < 0.5
+    assert graph.call(Trigger, 'mavlink_bridge/land').success
+    wait_status(graph, lambda s: not s.armed, new=True, timeout_s=40.0)
+    stamps = [p.header.stamp.sec * 1000 + p.header.stamp.nanosec // 10**6 for p in graph.listen('pose', PoseStamped, qos.SENSOR_DEEP)]
+    assert all(stamp % 25 == 0 for stamp in stamps)  # The simulator's own ticks.

@@ -1,0 +1,87 @@
+"""The guard's process between a pilot and a bridge of somebody else's."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import PoseStamped, TwistStamped
+
+from advise_ros.ros import qos
+from support.flying import pose, velocity
+from support.graph import Graph
+
+GRID = str(Path(__file__).parents[2] / 'config' / 'grid_6x6.yaml')
+
+
+class Pilot:
+    """Publishes poses and commands through MAVROS' names."""
+
+    def __init__(self, graph: Graph, **params: object) -> None:
+        remaps = {'pose': '/mavros/local_position/pose', 'guard/cmd_vel': '/mavros/setpoint_velocity/cmd_vel'}
+        self.process = graph.start('guard', params=params, remaps=remaps)
+        self._graph = graph
+        graph.listen('/diagnostics', DiagnosticArray)
+        self.flown = graph.listen('/mavros/setpoint_velocity/cmd_vel', TwistStamped, qos.COMMAND)
+        self._poses = graph.publisher('/mavros/local_position/pose', PoseStamped, qos.SENSOR)
+        self._commands = graph.publisher('cmd_vel', TwistStamped, qos.COMMAND)
+
+    def fly(self, at: PoseStamped, command: TwistStamped) -> None:
+        self._poses.publish(at)
+        self._commands.publish(command)
+
+    def until(self, at: PoseStamped, command: TwistStamped, wanted: tuple[float, float, float]) -> None:
+        """Repeat until the guard lets exactly `wanted` through."""
+        def seen() -> bool:
+            self.fly(at, command)
+            return bool(self.flown) and as_tuple(self.flown[-1]) == pytest.approx(wanted, abs=1e-9)
+
+        self._graph.wait_until(seen, what=f'a checked command {wanted}')
+
+
+def as_tuple(command: TwistStamped) -> tuple[float, float, float]:
+    linear = command.twist.linear
+    return linear.x, linear.y, linear.z
+
+
+def said(graph: Graph, words: str) -> None:
+    graph.wait_for('/diagnostics', DiagnosticArray, lambda a: any(s.name == '/guard' and words in s.message for s in a.status))
+
+
+def test_passes_limits_refuses_and_stops_when_the_pilot_falls_silent(graph: Graph) -> None:
+    pilot = Pilot(graph, grid_file=GRID)
+    inside = pose(5.0, 5.0, 5.0)
+    pilot.until(inside, velocity(1.0, 0.5), (1.0, 0.5, 0.0))
+    assert pilot.flown[-1].header.frame_id == 'map'
+    pilot.until(inside, velocity(30.0, 40.0), (1.8, 2.4, 0.0))
+    said(graph, 'speed limited to 3 m/s')
+    pilot.until(pose(20.0, 5.0, 5.0), velocity(1.0, 0.0), (0.0, 0.0, 0.0))
+    said(graph, 'outside the fence (east)')
+    pilot.until(inside, velocity(1.0, 0.0, frame='base_link'), (0.0, 0.0, 0.0))
+    said(graph, "its frame is 'base_link'")
+    pilot.until(inside, velocity(float('nan'), 0.0), (0.0, 0.0, 0.0))
+    said(graph, 'not finite')
+    pilot.until(inside, velocity(1.0, 0.0), (1.0, 0.0, 0.0))
+    said(graph, 'commands pass')
+    graph.wait_until(lambda: as_tuple(pilot.flown[-1]) == (0.0, 0.0, 0.0), what='zero after silence')
+    said(graph, 'command older than 0.5 s')
+    assert pilot.process.terminate() == 0
+
+
+def test_without_a_grid_the_fence_is_off_and_says_so(graph: Graph) -> None:
+    pilot = Pilot(graph)
+    said(graph, 'waiting for cmd_vel; the fence is off (no grid_file)')
+    pilot.until(pose(500.0, 5.0, 5.0), velocity(1.0, 0.0), (1.0, 0.0, 0.0))
+
+
+@pytest.mark.parametrize(('params', 'words'), [
+    ({'max_speed_m_s': -1.0}, "parameter 'max_speed_m_s' is -1.0"),
+    ({'grid_file': '/no/such/grid.yaml'}, '/no/such/grid.yaml'),
+    ({'max_sped_m_s': 1.0}, "did you mean 'max_speed_m_s'?"),
+])
+def test_wrong_parameters_end_it_in_one_sentence(graph: Graph, params: dict[str, object], words: str) -> None:
+    process = graph.run('guard', params=params)
+    assert process.popen.returncode == 2
+    assert words in process.text
+    assert 'Traceback' not in process.text
