@@ -169,7 +169,7 @@ class SeekConfig:
     altitude_gain_1_s: float = param(0.8, 'climb rate per metre of altitude error', low=0.0, high=20.0)
     climb_m_s: float = param(1.0, 'fastest climb and descent', low=0.0, high=10.0)
     lead_s: float = param(0.5, 'positions are extrapolated by this to make up for delays', low=0.0, high=5.0)
-    corner_share: float = param(0.15, 'how far past the centre a turn may swing out, as a share of a cell', low=0.0, high=0.5)
+    corner_share: float = param(0.1, 'how far past the centre a turn may swing out, as a share of a cell', low=0.0, high=0.5)
     arrival_radius_m: float = param(0.3, 'closer than this is at the centre', low=0.01, high=100.0)
     hysteresis_m: float = param(0.2, 'how far past a border counts as the next cell', low=0.0, high=100.0)
 
@@ -233,7 +233,7 @@ class SimulatorConfig:
     wind_east_m_s: float = param(0.0, 'mean wind towards east', low=-30.0, high=30.0)
     wind_north_m_s: float = param(0.0, 'mean wind towards north', low=-30.0, high=30.0)
     gust_m_s: float = param(0.0, 'standard deviation of gusts', low=0.0, high=20.0)
-    max_speed_m_s: float = param(10.0, 'fastest horizontal flight', low=0.1, high=50.0)
+    max_speed_m_s: float = param(10.0, 'fastest horizontal flight; drag and tilt end it near 11', low=0.1, high=50.0)
     acceleration_m_s2: float = param(3.0, 'how fast the autopilot changes velocity', low=0.1, high=30.0)
     battery_s: float = param(1200.0, 'flight time of a full battery', low=10.0, high=100_000.0)
     guided_timeout_s: float = param(3.0, 'setpoints older than this brake the vehicle (simulated time)', low=0.1, high=60.0)

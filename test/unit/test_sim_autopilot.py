@@ -460,3 +460,17 @@ def test_global_position_agrees_with_the_local_one():
     metres = math.radians(1e-7) * 6_378_137
     assert (here.lat - there.lat) * metres == pytest.approx(50.0, abs=0.1)
     assert (here.lon - there.lon) * metres * math.cos(math.radians(there.lat / 1e7)) == pytest.approx(30.0, abs=0.1)
+
+
+@pytest.mark.parametrize('values', [
+    {'wind_east_m_s': 30.0, 'gust_m_s': 20.0}, {'step_s': 0.05, 'wind_north_m_s': -30.0}, {'step_s': 0.05, 'acceleration_m_s2': 30.0},
+    {'acceleration_m_s2': 0.1, 'max_speed_m_s': 0.1},
+])
+def test_the_ends_of_the_parameters_ranges_stay_finite(values):
+    companion = Companion(**values).guided()
+    companion.command(ARM, 1)
+    companion.command(TAKEOFF, 0, 0, 0, 0, 0, 0, 5)
+    companion.run(10.0)
+    companion.run(5.0, 50.0, 0.0, -5.0)
+    assert all(np.isfinite(part).all() for part in companion.vehicle.state.body.values())
+    assert np.abs(companion.vehicle.state.velocity_enu_m_s).max() < 100.0
