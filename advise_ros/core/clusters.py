@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from functools import lru_cache
+
 import numpy as np
 from sklearn.cluster import KMeans
 
@@ -20,7 +23,7 @@ def cluster_states(grid: Grid, distribution: Floats, features: float, clusters: 
     Args:
         grid: the grid of the states.
         distribution: (n, n_actions) smoothed action distributions.
-        features: weight of position and waypoint beside the distribution; 0: the paper's state id only.
+        features: weight of position and waypoint beside the distribution; 0: the distribution only, as in the paper.
         clusters: k; fewer where there are fewer distinct points.
         seed: of k-means++.
 
@@ -33,6 +36,26 @@ def cluster_states(grid: Grid, distribution: Floats, features: float, clusters: 
     if features > 0.0:
         points = np.hstack([points, features * structure(grid)[states]])
     labels[states] = canonical(k_means(points, clusters, seed))
+    return labels
+
+
+def split(grid: Grid, labels: Ints, mixed: Iterable[tuple[int, ...]], seed: int) -> Ints:
+    """Halve, by position and waypoint, each cluster of which a person said that its states need different actions.
+
+    Args:
+        grid: the grid of the states.
+        labels: (n,) from `cluster_states`.
+        mixed: ascending states of each such cluster; halves of halves may be among them.
+        seed: of k-means++.
+    """
+    labels = labels.copy()
+    for states in sorted(set(mixed), key=lambda states: (-len(states), states)):
+        members = np.array(states)
+        if np.array_equal(np.flatnonzero(labels == labels[members[0]]), members):
+            second = k_means(structure(grid)[members], 2, seed) == 1
+            labels[members[second]] = labels.max() + 1
+    acting = labels != NO_CLUSTER
+    labels[acting] = canonical(labels[acting])
     return labels
 
 
@@ -53,8 +76,15 @@ def k_means(points: Floats, k: int, seed: int) -> Ints:
     distinct, which, weight = np.unique(points.round(DECIMALS), axis=0, return_inverse=True, return_counts=True)
     if len(distinct) <= k:
         return which
-    fitted = KMeans(k, n_init=4, random_state=seed).fit(distinct, sample_weight=weight)
-    return np.asarray(fitted.labels_[which], dtype=np.int64)
+    return np.array(_fit(distinct.tobytes(), tuple(weight.tolist()), k, seed))[which]
+
+
+@lru_cache(maxsize=16)
+def _fit(points: bytes, weights: tuple[int, ...], k: int, seed: int) -> tuple[int, ...]:
+    """Remembered, because answers change neither the demonstrations nor their clusters."""
+    rows = np.frombuffer(points).reshape(len(weights), -1)
+    fitted = KMeans(k, n_init=4, random_state=seed).fit(rows, sample_weight=weights)
+    return tuple(fitted.labels_.tolist())
 
 
 def canonical(labels: Ints) -> Ints:

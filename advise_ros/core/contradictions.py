@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from advise_ros.core.advice import AdviceRecord, Answer, Verdict, active
+from advise_ros.core.advice import AdviceRecord, Verdict, active
 from advise_ros.core.program import Preference
 
 
@@ -24,14 +24,14 @@ def preferences(records: Iterable[AdviceRecord]) -> dict[int, Preference]:
     return {s: Preference(tuple(sorted(preferred[s])), tuple(sorted(pairs[s]))) for s in sorted(preferred)}
 
 
-def opposed(one: AdviceRecord | Answer, other: AdviceRecord | Answer) -> bool:
+def opposed(one: AdviceRecord, other: AdviceRecord) -> bool:
     """Whether one prefers an action that the other avoids."""
     return bool(set(one.preferred) & set(other.avoided) or set(one.avoided) & set(other.preferred))
 
 
-def against(answer: Answer, states: tuple[int, ...], records: Iterable[AdviceRecord]) -> tuple[int, ...]:
+def against(answer: AdviceRecord, records: Iterable[AdviceRecord]) -> tuple[int, ...]:
     """Advice ids of the records that share a state with the answer and oppose it, ascending."""
-    asked = set(states)
+    asked = set(answer.states)
     return tuple(sorted(r.advice_id for r in records if opposed(answer, r) and not asked.isdisjoint(r.states)))
 
 
@@ -44,7 +44,7 @@ def among(records: tuple[AdviceRecord, ...], slack_states: Iterable[int]) -> tup
     """
     found: set[int] = set()
     for record in records:
-        partners = against(Answer(0, 0, record.preferred, record.avoided), record.states, records)
+        partners = against(record, records)
         if partners:
             found |= {record.advice_id, *partners}
     for state in slack_states:

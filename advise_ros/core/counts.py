@@ -25,7 +25,8 @@ class Counts(NamedTuple):
     @property
     def visits(self) -> Ints:
         """(n,) actions taken in each state."""
-        return self.taken.sum(axis=1)
+        total: Ints = self.taken.sum(axis=1)
+        return total
 
     def distribution(self, laplace: float) -> Floats:
         """(n, n_actions) action distributions, `laplace` added to each count."""

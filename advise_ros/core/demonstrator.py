@@ -68,7 +68,8 @@ def _flyable(grid: Grid) -> Bools:
     """Actions that move to another, free cell, (n, n_actions)."""
     cells = np.arange(grid.n_states) % grid.n_cells
     there = successors(grid) % grid.n_cells
-    return (there != cells[:, None]) & ~np.isin(there, list(grid.blocked))
+    flyable: Bools = (there != cells[:, None]) & ~np.isin(there, list(grid.blocked))
+    return flyable
 
 
 def demonstrate(grid: Grid, demonstrator: Demonstrator, index: int, max_moves: int) -> Demonstration:
@@ -76,7 +77,8 @@ def demonstrate(grid: Grid, demonstrator: Demonstrator, index: int, max_moves: i
 
     A move takes one second; its stamp is that of entering the state.
     """
-    states, actions = [grid.start_state()], []
+    states = [grid.start_state()]
+    actions: list[int] = []
     while not grid.is_terminal(states[-1]) and len(actions) < max_moves:
         actions.append(demonstrator.action(states[-1]))
         states.append(grid.successor(states[-1], actions[-1]))

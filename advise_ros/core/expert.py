@@ -12,8 +12,10 @@ from advise_ros.core.routes import optimal_table
 class SimulatedExpert:
     """Answers queries like a person who knows the way.
 
-    Preferred are the actions that are optimal in most of the states. Avoided are those that are optimal in none
-    ('never_optimal', or if there is none all others), or always all others ('all_others').
+    Preferred are the actions that are optimal in most of the states ('plurality', the paper's choice), and with
+    'majority' also those that are optimal in at least half of them: who is asked about the way to a corner says
+    "east or south". Avoided are the actions that are optimal in none of the states ('never_optimal', or if there
+    is none all others), or always all others ('all_others'). Where nothing is left to avoid the answer is MIXED.
 
     Args:
         grid: the route.
@@ -22,9 +24,10 @@ class SimulatedExpert:
         error_rate: share of answers that are wrong.
         skip_rate: share of queries that are skipped.
         expert_id: name in the log.
+        prefer: 'majority' or 'plurality'.
     """
 
-    def __init__(
+    def __init__(  # noqa: PLR0913, PLR0917 - the parameters of a person
         self,
         grid: Grid,
         rng: np.random.Generator,
@@ -32,10 +35,11 @@ class SimulatedExpert:
         error_rate: float = 0.0,
         skip_rate: float = 0.0,
         expert_id: str = 'simulated-expert',
+        prefer: str = 'majority',
     ) -> None:
         self._optimal = optimal_table(grid)
         self._rng = rng
-        self._avoid = avoid
+        self._avoid, self._prefer = avoid, prefer
         self._error_rate, self._skip_rate = error_rate, skip_rate
         self._expert_id = expert_id
 
@@ -53,7 +57,8 @@ class SimulatedExpert:
     def advice(self, states: tuple[int, ...]) -> tuple[tuple[int, ...], tuple[int, ...]]:
         """Preferred and avoided actions for the states, without error."""
         votes = self._optimal[list(states)].sum(axis=0)
-        preferred = np.flatnonzero(votes == votes.max())
+        enough = min(votes.max(), len(states) / 2) if self._prefer == 'majority' else votes.max()
+        preferred = np.flatnonzero(votes >= max(enough, 1))
         never = np.flatnonzero(votes == 0)
         others = np.setdiff1d(np.arange(N_ACTIONS), preferred)
         avoided = others if self._avoid == 'all_others' or not len(never) else never

@@ -15,6 +15,8 @@ from advise_ros.core.program import Evidence, Problem, Solution, pose
 SOLVERS = {'highs': solve.solve, 'cvxpy': reference.solve}
 # More slack than this share of delta is advice not met, less is the solver's tolerance.
 SLACK_SHARE = 1e-3
+# So dear that slack means: no reward does without it.
+SLACK_FORBIDDING = 1e6
 
 
 class Inferred(NamedTuple):
@@ -71,11 +73,9 @@ def slack_states(problem: Problem, solution: Solution) -> Ints:
 
 
 def contradictory(problem: Problem, records: tuple[AdviceRecord, ...]) -> tuple[int, ...]:
-    """Advice ids that contradict one another: what has slack even when the demonstrations ask for nothing."""
-    alone = problem._replace(
-        terms=problem.terms._replace(lambda_t=0.0, slack_cost=problem.terms.slack_cost or 2.0 * problem.terms.lambda_a + 1.0)
-    )
-    return contradictions.among(records, slack_states(problem, solve.solve(alone)).tolist())
+    """Advice ids that contradict one another: what has slack even when nothing else is asked for."""
+    feasible = problem._replace(terms=problem.terms._replace(lambda_t=0.0, lambda_a=0.0, slack_cost=SLACK_FORBIDDING))
+    return contradictions.among(records, slack_states(feasible, solve.solve(feasible)).tolist())
 
 
 def _refusal(ids: tuple[int, ...]) -> str:

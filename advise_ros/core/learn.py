@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from advise_ros.core.advice import AdviceRecord, Query
-from advise_ros.core.clusters import cluster_states
+from advise_ros.core.clusters import cluster_states, split
 from advise_ros.core.contradictions import advice_in
 from advise_ros.core.counts import count
 from advise_ros.core.demonstration import Demonstration
@@ -19,7 +19,7 @@ from advise_ros.core.infer import Inferred, infer
 from advise_ros.core.learn_settings import LearnSettings
 from advise_ros.core.mdp import mdp_of
 from advise_ros.core.numerics import Floats, Ints
-from advise_ros.core.queries import Numbering, Situation, next_query
+from advise_ros.core.queries import Numbering, Situation, mixed, next_query
 from advise_ros.core.uncertainty import uncertainty
 
 __all__ = ['LearnSettings', 'Learned', 'learn']
@@ -74,7 +74,7 @@ class Learned:
                 part.setflags(write=False)
 
 
-def learn(
+def learn(  # noqa: PLR0913 - evidence and numbering of a session
     grid: Grid,
     settings: LearnSettings,
     demonstrations: tuple[Demonstration, ...],
@@ -109,6 +109,7 @@ def learn(
     inferred = infer(mdp, counts.favourite(), advice, settings)
     unsure = uncertainty(demonstrated, inferred.probabilities, settings.w_p)
     clusters = cluster_states(grid, demonstrated, settings.cluster_features, settings.clusters, settings.seed)
+    clusters = split(grid, clusters, mixed(log), settings.seed)
     situation = Situation(grid, settings, mdp, counts, demonstrated, inferred, unsure, clusters)
     query = next_query(situation, log, Numbering(version, next_query_id, budget))
     return Learned(
@@ -130,7 +131,9 @@ def learn(
         contradictions=inferred.contradictions,
         unmet=tuple(inferred.unmet.tolist()),
         objective=inferred.objective,
-        digest=digest(map_of(grid), asdict(settings), evidence(demonstrations, advice), _decisions(inferred, clusters, query)),
+        digest=digest(
+            map_of(grid), asdict(settings), evidence(demonstrations, advice), _decisions(inferred, clusters, query)
+        ),
     )
 
 

@@ -20,20 +20,34 @@ class Mdp(NamedTuple):
     """A finite Markov decision process without reward.
 
     Attributes:
-        transitions: a matrix P_a (n, n) an action; rows sum to 1.
+        stacked: (n_actions * n, n) the matrices P_a one under the other, so row a * n + s is P(. | s, a);
+            rows sum to 1.
         gamma: discount.
     """
 
-    transitions: tuple[sparse.csr_array, ...]
+    stacked: sparse.csr_array
     gamma: float
 
     @property
     def n_states(self) -> int:
-        return int(self.transitions[0].shape[0])
+        return int(self.stacked.shape[1])
 
     @property
     def n_actions(self) -> int:
-        return len(self.transitions)
+        return int(self.stacked.shape[0]) // self.n_states
+
+    def outcomes(self, states: Ints, actions: Ints) -> sparse.csr_array:
+        """(m, n) rows P(. | s, a) of m pairs."""
+        return self.stacked[actions * self.n_states + states]
+
+    def under(self, shares: Floats) -> sparse.csr_array:
+        """(n, n) transitions when each state's actions are mixed by `shares` (n, n_actions)."""
+        n, n_actions = shares.shape
+        columns = np.arange(n)[:, None] + n * np.arange(n_actions)
+        rows = np.arange(0, n * n_actions + 1, n_actions)
+        mix = sparse.csr_array((shares.ravel(), columns.ravel(), rows), shape=(n, n * n_actions))
+        mix.eliminate_zeros()
+        return mix @ self.stacked
 
 
 class Plan(NamedTuple):
@@ -78,6 +92,7 @@ def occurring(grid: Grid) -> Bools:
     return there.ravel()
 
 
+@lru_cache(maxsize=8)
 def mdp_of(grid: Grid, slip: float, gamma: float) -> Mdp:
     """The grid as a decision process: a move succeeds, or with probability `slip` another one is made.
 
@@ -85,11 +100,10 @@ def mdp_of(grid: Grid, slip: float, gamma: float) -> Mdp:
     """
     table = successors(grid)
     moves = [_moves(table[:, action]) for action in range(N_ACTIONS)]
-    if slip == 0.0:
-        return Mdp(tuple(moves), gamma)
-    all_moves = sum(moves[1:], start=moves[0])
-    other = slip / (N_ACTIONS - 1)
-    return Mdp(tuple(((1.0 - slip - other) * move + other * all_moves).tocsr() for move in moves), gamma)
+    if slip > 0.0:
+        any_move = sum(moves[1:], start=moves[0]) * (slip / (N_ACTIONS - 1))
+        moves = [(1.0 - slip - slip / (N_ACTIONS - 1)) * move + any_move for move in moves]
+    return Mdp(sparse.vstack(moves, format='csr'), gamma)
 
 
 def _moves(there: Ints) -> sparse.csr_array:
@@ -110,15 +124,14 @@ def plan(mdp: Mdp, reward: Floats, start: Floats | None = None, sweeps: int = 20
         The optimal value and Q, each within 1e-9 of the largest magnitude.
     """
     n = mdp.n_states
-    stacked = sparse.vstack(mdp.transitions, format='csr')
     value = np.zeros(n) if start is None else start
     limit = 1e-9 * (1.0 - mdp.gamma) * max(1.0, float(np.abs(reward).max(initial=0.0)))
     while True:
-        q = reward[:, None] + mdp.gamma * (stacked @ value).reshape(mdp.n_actions, n).T
+        q = reward[:, None] + mdp.gamma * (mdp.stacked @ value).reshape(mdp.n_actions, n).T
         improved = q.max(axis=1)
         if np.abs(improved - value).max() <= limit:
             return Plan(improved, q)
-        chosen = stacked[q.argmax(axis=1) * n + np.arange(n)]
+        chosen = mdp.outcomes(np.arange(n), q.argmax(axis=1))
         value = improved
         for _ in range(sweeps):
             value = reward + mdp.gamma * (chosen @ value)
@@ -138,7 +151,6 @@ def boltzmann(q: Floats, temperature: float) -> Floats:
 
 def occupancy(mdp: Mdp, policy: Floats, start: Floats) -> Floats:
     """Discounted expected visits (n,) to each state, from a start distribution (n,) under a policy (n, n_actions)."""
-    arrivals = sum(((sparse.diags_array(policy[:, a]) @ p).T for a, p in enumerate(mdp.transitions)), start=0.0)
-    system = (sparse.eye_array(mdp.n_states) - mdp.gamma * arrivals).tocsc()
-    visits: Floats = splu(system).solve(start)
+    system = sparse.eye_array(mdp.n_states) - mdp.gamma * mdp.under(policy).T
+    visits: Floats = splu(system.tocsc()).solve(start)
     return visits

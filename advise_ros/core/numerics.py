@@ -22,15 +22,12 @@ def is_best(values: Floats) -> Bools:
 
 def first_best(values: Floats) -> Ints:
     """Index of the maximum along the last axis; ties go to the lowest index."""
-    return is_best(values).argmax(axis=-1)
+    index: Ints = is_best(values).argmax(axis=-1)
+    return index
 
 
 def entropy(distributions: Floats) -> Floats:
     """Entropy of each distribution along the last axis [nat]; 0 log 0 is 0."""
     logs = np.log(distributions, where=distributions > 0, out=np.zeros_like(distributions))
-    return -(distributions * logs).sum(axis=-1)
-
-
-def read_only(array: npt.NDArray[np.generic]) -> None:
-    """Forbid writing to an array that others hold too."""
-    array.setflags(write=False)
+    nats: Floats = -(distributions * logs).sum(axis=-1)
+    return nats

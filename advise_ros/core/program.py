@@ -76,9 +76,7 @@ class Pairs(NamedTuple):
 
     def differences(self, mdp: Mdp) -> sparse.csr_array:
         """(m, n) rows P_better - P_worse."""
-        stacked = sparse.vstack(mdp.transitions, format='csr')
-        n = mdp.n_states
-        return (stacked[self.better * n + self.states] - stacked[self.worse * n + self.states]).tocsr()
+        return mdp.outcomes(self.states, self.better) - mdp.outcomes(self.states, self.worse)
 
 
 class Problem(NamedTuple):
@@ -151,10 +149,7 @@ def _mixed(mdp: Mdp, evidence: Evidence, replace: bool) -> sparse.csr_array:
     for state, preference in evidence.advice.items() if replace else ():
         share[state] = 0.0
         share[state, list(preference.preferred)] = 1.0 / len(preference.preferred)
-    weighted = [sparse.diags_array(share[:, a]) @ p for a, p in enumerate(mdp.transitions)]
-    mixed = sum(weighted[1:], start=weighted[0]).tocsr()
-    mixed.eliminate_zeros()
-    return mixed
+    return mdp.under(share)
 
 
 def _demonstration_pairs(mdp: Mdp, favourite: Ints, demonstrated: Ints) -> Pairs:

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from advise_ros.core.advice import AdviceRecord, Query, Verdict, active
+from advise_ros.core.contradictions import advice_in
 from advise_ros.core.counts import Counts
 from advise_ros.core.grid import Grid
 from advise_ros.core.infer import Inferred
@@ -40,14 +41,11 @@ class Numbering(NamedTuple):
 
 def next_query(situation: Situation, log: tuple[AdviceRecord, ...], numbering: Numbering) -> Query | None:
     """The next question, None when the budget is spent or no cluster is open."""
-    left = budget_left(log, numbering.budget)
-    if left == 0:
+    if budget_left(log, numbering.budget) == 0:
         return None
-    covered = _covered(situation.grid, log)
-    chosen = select(
-        situation.settings.acquisition, _ranking(situation, log), open_clusters(situation.clusters, covered)
-    )
-    return None if chosen is None else _query(situation, chosen, covered, left, numbering)
+    candidates = open_clusters(situation.clusters, _covered(situation.grid, log))
+    chosen = select(situation.settings.acquisition, _ranking(situation, log), candidates)
+    return None if chosen is None else _query(situation, chosen, log, numbering)
 
 
 def budget_left(log: tuple[AdviceRecord, ...], budget: int) -> int:
@@ -67,11 +65,17 @@ def open_clusters(labels: Ints, covered: Bools) -> Bools:
 
 
 def _covered(grid: Grid, log: tuple[AdviceRecord, ...]) -> Bools:
-    """States that the person was asked about, whatever the verdict."""
+    """States that the person was asked about; a cluster answered MIXED is asked about again in halves."""
     covered = np.zeros(grid.n_states, dtype=np.bool_)
     for record in active(log):
-        covered[list(record.states)] = True
+        if record.verdict is not Verdict.MIXED or len(record.states) == 1:
+            covered[list(record.states)] = True
     return covered
+
+
+def mixed(log: tuple[AdviceRecord, ...]) -> list[tuple[int, ...]]:
+    """The clusters whose states need different actions, as the person said."""
+    return [record.states for record in active(log) if record.verdict is Verdict.MIXED]
 
 
 def _ranking(situation: Situation, log: tuple[AdviceRecord, ...]) -> Ranking:
@@ -86,8 +90,9 @@ def _ranking(situation: Situation, log: tuple[AdviceRecord, ...]) -> Ranking:
     )
 
 
-def _query(situation: Situation, cluster: int, covered: Bools, left: int, numbering: Numbering) -> Query:
+def _query(situation: Situation, cluster: int, log: tuple[AdviceRecord, ...], numbering: Numbering) -> Query:
     states = np.flatnonzero(situation.clusters == cluster)
+    advised = {state for record in advice_in(log) for state in record.states}
     inferred, unsure, settings = situation.inferred, situation.unsure, situation.settings
     scores = cluster_uncertainty(situation.clusters, unsure.state, settings.cluster_score)
     asked = Asked(states, situation.counts.taken[states], inferred.greedy[states])
@@ -100,7 +105,7 @@ def _query(situation: Situation, cluster: int, covered: Bools, left: int, number
         policy_uncertainty=float(unsure.policy[states].mean()),
         demonstrated=tuple(situation.demonstrated[states].mean(axis=0).tolist()),
         policy=tuple(inferred.probabilities[states].mean(axis=0).tolist()),
-        answered_before=tuple(states[covered[states]].tolist()),
-        budget_left=left,
+        answered_before=tuple(sorted(advised.intersection(states.tolist()))),
+        budget_left=budget_left(log, numbering.budget),
         question=question(situation.grid, asked, settings.laplace),
     )

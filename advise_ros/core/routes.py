@@ -34,8 +34,7 @@ def optimal_table(grid: Grid) -> Bools:
 
 def _arrive(grid: Grid, table: Ints, action: int) -> Ints:
     """Distance after an action, (n_layers, n_cells); off the grid: that of staying."""
-    cells = np.arange(grid.n_cells)
-    there = np.array([grid.neighbour(cell, action) for cell in cells])
+    there = np.array([grid.neighbour(cell, action) for cell in range(grid.n_cells)])
     return table[:, there]
 
 

@@ -9,10 +9,10 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from advise_ros.core.advice import AdviceRecord, Answer, Code, Outcome, Query, Verdict, active
+from advise_ros.core.answers import Fault, check_log, fault
 from advise_ros.core.contradictions import advice_in, against
 from advise_ros.core.demonstration import Demonstration
-from advise_ros.core.errors import InputError
-from advise_ros.core.grid import N_ACTIONS, Action, Grid
+from advise_ros.core.grid import Grid
 from advise_ros.core.learn import Learned, LearnSettings, check_demonstrations, learn
 from advise_ros.core.queries import budget_left
 
@@ -124,8 +124,11 @@ class Session:
     # -- answers -----------------------------------------------------------------------------
     def check(self, answer: Answer) -> Outcome:
         """What `tell` would reply; commits nothing."""
-        refused = self._refuse_query(answer) or self._refuse_sets(answer)
-        return refused or self._weigh(answer)
+        query = self._query
+        if query is None or answer.query_id != query.query_id:
+            return self._refuse(*self._not_open(answer.query_id))
+        wrong = self._too_many(answer) or fault(answer)
+        return self._refuse(*wrong) if wrong else self._weigh(answer, query)
 
     def tell(self, answer: Answer) -> Outcome:
         """Take an answer to the open question, or say why not."""
@@ -162,14 +165,7 @@ class Session:
         Raises:
             InputError: a record's state or action is not on this grid.
         """
-        for record in log:
-            if any(not 0 <= state < self.grid.n_states for state in record.states):
-                raise InputError(
-                    f'answer {record.advice_id} of the restored log names a state outside 0 to '
-                    f'{self.grid.n_states - 1}; it belongs to another grid'
-                )
-            if _invalid(record.preferred) or _invalid(record.avoided):
-                raise InputError(f'answer {record.advice_id} of the restored log names an unknown action')
+        check_log(self.grid, log)
         self._log = tuple(log)
         self._last_query_id = max((self._last_query_id, last_query_id, *(record.query_id for record in log)))
         self._learned = self._query = None
@@ -189,70 +185,39 @@ class Session:
     def _refuse(self, code: Code, message: str, contradicts: tuple[int, ...] = ()) -> Outcome:
         return Outcome(False, code, message, None, contradicts, self.budget_left)
 
-    def _refuse_query(self, answer: Answer) -> Outcome | None:
-        """Why the query cannot be answered (now)."""
-        number = answer.query_id
+    def _not_open(self, number: int) -> Fault:
+        """Why a query that is not open cannot be answered."""
+        hint = f'query {self._query.query_id} is open' if self._query else 'no query is open now'
         if not 1 <= number <= self._last_query_id:
-            return self._refuse(Code.UNKNOWN_QUERY, f'query {number} was never asked{self._open()}')
-        if self._query is not None and number == self._query.query_id:
-            return self._refuse(Code.BUDGET_SPENT, 'the budget of answers is spent') if self._spent(answer) else None
+            return Fault(Code.UNKNOWN_QUERY, f'query {number} was never asked; {hint}')
         if any(record.query_id == number for record in active(self._log)):
-            return self._refuse(Code.ALREADY_ANSWERED, f'query {number} was answered before{self._open()}')
-        return self._refuse(Code.STALE_QUERY, f'query {number} was replaced or taken back{self._open()}')
+            return Fault(Code.ALREADY_ANSWERED, f'query {number} was answered before; {hint}')
+        return Fault(Code.STALE_QUERY, f'query {number} was replaced or its answer taken back; {hint}')
 
-    def _open(self) -> str:
-        return f'; query {self._query.query_id} is open' if self._query else '; no query is open now'
-
-    def _spent(self, answer: Answer) -> bool:
-        return self.budget_left == 0 and answer.verdict == Verdict.ANSWER
-
-    def _refuse_sets(self, answer: Answer) -> Outcome | None:
-        """What is wrong with the verdict or the two sets."""
-        if answer.verdict not in tuple(Verdict):
-            allowed = ', '.join(f'{v.value} {v.name}' for v in Verdict)
-            return self._refuse(Code.INVALID_VERDICT, f'verdict {answer.verdict} is unknown; allowed: {allowed}')
-        if answer.verdict != Verdict.ANSWER:
-            return None
-        if _invalid(answer.preferred) or _invalid(answer.avoided):
-            allowed = ', '.join(f'{a.value} {a.name}' for a in Action)
-            return self._refuse(Code.INVALID_ACTION, f'name each action once, out of {allowed}')
-        if not answer.preferred or not answer.avoided:
-            empty = 'preferred' if not answer.preferred else 'avoided'
-            return self._refuse(Code.EMPTY_SETS, f'no action is {empty}; name at least one on each side, or skip')
-        both = sorted(set(answer.preferred) & set(answer.avoided))
-        if both:
-            names = ', '.join(Action(a).name for a in both)
-            return self._refuse(Code.OVERLAPPING_SETS, f'{names} is preferred and avoided at once; choose one side')
+    def _too_many(self, answer: Answer) -> Fault | None:
+        if self.budget_left == 0 and answer.verdict == Verdict.ANSWER:
+            return Fault(Code.BUDGET_SPENT, f'all {self.budget} answers of the budget are given; take one back first')
         return None
 
-    def _weigh(self, answer: Answer) -> Outcome:
-        """Accept a sound answer; when strict, only if no earlier one opposes it."""
-        assert self._query is not None
-        verdict, record = Verdict(answer.verdict), None
-        contradicts: tuple[int, ...] = ()
-        if verdict is Verdict.ANSWER:
-            contradicts = against(answer, self._query.states, advice_in(self._log))
+    def _weigh(self, answer: Answer, query: Query) -> Outcome:
+        """Accept a sound answer; when advice is strict, only if no earlier answer opposes it."""
+        record = self._record(answer, query)
+        contradicts = against(record, advice_in(self._log))
         opposed = f'it contradicts earlier answers: {", ".join(map(str, contradicts))}' if contradicts else ''
         if opposed and self.settings.slack_cost == 0:
             return self._refuse(Code.CONTRADICTION, f'{opposed}; take them back first', contradicts)
-        record = self._record(answer, verdict)
         message = f'noted, though {opposed}' if opposed else 'noted'
         return Outcome(True, Code.OK, message, record, contradicts, self.budget_left)
 
-    def _record(self, answer: Answer, verdict: Verdict) -> AdviceRecord:
-        assert self._query is not None
-        said = verdict is Verdict.ANSWER
+    def _record(self, answer: Answer, query: Query) -> AdviceRecord:
+        said = answer.verdict == Verdict.ANSWER
         return AdviceRecord(
             advice_id=1 + max((record.advice_id for record in self._log), default=0),
-            query_id=answer.query_id,
-            states=self._query.states,
+            query_id=query.query_id,
+            states=query.states,
             preferred=tuple(sorted(answer.preferred)) if said else (),
             avoided=tuple(sorted(answer.avoided)) if said else (),
-            verdict=verdict,
+            verdict=Verdict(answer.verdict),
             expert_id=answer.expert_id,
             comment=answer.comment,
         )
-
-
-def _invalid(actions: tuple[int, ...]) -> bool:
-    return len(set(actions)) != len(actions) or any(not 0 <= action < N_ACTIONS for action in actions)

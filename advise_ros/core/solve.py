@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import highspy
 import numpy as np
 
 from advise_ros.core.errors import AdviseError
+from advise_ros.core.numerics import Floats
 from advise_ros.core.program import Problem, Program, Solution, write
 
 
@@ -29,8 +32,8 @@ def solve(problem: Problem) -> Solution:
     )
 
 
-def _minimise(program: Program) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
-    highs = highspy.Highs()
+def _minimise(program: Program) -> Floats:
+    highs: Any = highspy.Highs()
     for option, value in (('output_flag', False), ('threads', 1), ('random_seed', 0), ('solver', 'simplex')):
         highs.setOptionValue(option, value)
     highs.passModel(_model(program))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -29,7 +29,7 @@ class TrialSettings:
         step_budget_factor: moves that a policy may take, times the shortest route.
     """
 
-    learn: LearnSettings = LearnSettings()
+    learn: LearnSettings = field(default_factory=LearnSettings)
     flights: int = 4
     answers: int = 10
     noise_rate: float = 0.4

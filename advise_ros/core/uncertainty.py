@@ -45,8 +45,8 @@ def uncertainty(demonstrated: Floats, policy: Floats, w_p: float) -> Uncertainty
 def cluster_uncertainty(labels: Ints, state: Floats, score: str) -> Floats:
     """U_c of each cluster: the mean (definition 4) or the sum (algorithm 1) of U_s over its states."""
     members = labels >= 0
-    total = np.bincount(labels[members], weights=state[members])
-    return total / np.bincount(labels[members]) if score == 'mean' else total
+    total: Floats = np.bincount(labels[members], weights=state[members]).astype(np.float64)
+    return total / np.maximum(np.bincount(labels[members]), 1) if score == 'mean' else total
 
 
 def _paper(ranking: Ranking) -> Floats:
@@ -58,7 +58,8 @@ def _occupancy(ranking: Ranking) -> Floats:
 
 
 def _random(ranking: Ranking) -> Floats:
-    return ranking.rng.random(ranking.labels.max() + 1)
+    worth: Floats = ranking.rng.random(ranking.labels.max() + 1)
+    return worth
 
 
 # What a cluster is worth asking about; the highest is asked first.
