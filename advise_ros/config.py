@@ -260,6 +260,8 @@ class PilotConfig(SeekConfig):
 class TeleopConfig:
     """/teleop: a person flies by the arrow keys."""
 
+    grid_file: str = param('', GRID_DOC + '; empty: no cells are shown')
+    hysteresis_m: float = param(0.2, 'how far past a border counts as the next cell', low=0.0, high=100.0)
     speed_m_s: float = param(1.0, 'speed while a key is held', low=0.05, high=20.0)
     climb_m_s: float = param(0.5, 'climb rate while a key is held', low=0.05, high=10.0)
     key_timeout_s: float = param(0.6, 'no key for this long: zero velocity (steady time)', low=0.05, high=10.0)

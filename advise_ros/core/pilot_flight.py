@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from advise_ros.core.grid import Grid
-from advise_ros.core.mover import CellMover, Pose
+from advise_ros.core.mover import NS, CellMover, Pose
 from advise_ros.core.seeking import ZERO, SeekSettings, Vector
 from advise_ros.core.transit import Transit
 
@@ -19,6 +19,7 @@ class PilotFlight:
 
     Attributes:
         moves: moves chosen so far.
+        seconds: time on the route so far, by the poses' stamps.
         ending: why the route ended, in words; empty before.
         finished: home again, at the centre of its cell.
     """
@@ -33,7 +34,9 @@ class PilotFlight:
         self._leg_states: tuple[int, int] | None = None
         self._chosen: tuple[int, int] | None = None  # A state ahead and its action.
         self._blown_out = False
+        self._began_ns: int | None = None
         self.moves = 0
+        self.seconds = 0.0
         self.ending = ''
 
     @property
@@ -57,6 +60,8 @@ class PilotFlight:
             InputError: there is no way home over free cells.
         """
         if self._transit is None:
+            self._began_ns = pose.stamp_ns if self._began_ns is None else self._began_ns
+            self.seconds = (pose.stamp_ns - self._began_ns) / NS
             self._mover.observe(pose)
             self._fly()
         if self._transit is None:

@@ -31,7 +31,7 @@ class SeekSettings:
     altitude_gain_1_s: float = 0.8
     climb_m_s: float = 1.0
     lead_s: float = 0.5
-    corner_share: float = 0.15
+    corner_share: float = 0.1
     arrival_radius_m: float = 0.3
     hysteresis_m: float = 0.2
 

@@ -141,7 +141,8 @@ class PilotNode(Node):
         self._commands.publish(velocity_command(velocity, pose.stamp_ns))
         self._home = flight.home
         if flight.finished:
-            self.get_logger().info(f'flight {self._mission.flight}: {flight.ending} after {flight.moves} moves; home')
+            route = f'{flight.ending} after {flight.moves} moves in {flight.seconds:.0f} s'
+            self.get_logger().info(f'flight {self._mission.flight}: {route}; home')
             self._flight = None
             self._mission.flown(time.monotonic())
             self._advance_mission()

@@ -1,0 +1,188 @@
+"""The node by which a person flies in the terminal."""
+
+from __future__ import annotations
+
+import sys
+import time
+
+import rclpy
+from geometry_msgs.msg import PoseStamped, TwistStamped
+from rclpy.clock import Clock, ClockType
+from rclpy.node import Node
+from rclpy.task import Future
+from std_srvs.srv import Trigger
+
+from advise_msgs.msg import VehicleStatus
+from advise_ros.config import TeleopConfig
+from advise_ros.core.keys import MOTIONS, Key, Stick, decode
+from advise_ros.core.mover import Pose
+from advise_ros.core.seeking import ZERO
+from advise_ros.core.tracker import CellTracker
+from advise_ros.recording.gridfile import load_grid
+from advise_ros.ros import parameters, qos, run
+from advise_ros.ros.diagnostics import OK, WARN, Diagnostics
+from advise_ros.ros.flying import (
+    NEWEST_POSE,
+    PoseGate,
+    between_poses_ns,
+    velocity_command,
+)
+from advise_ros.ros.terminal import Terminal
+
+KEYS = """\
+  arrow keys   north, west, south, east        t   take off
+  w or PgUp    climb                           l   land
+  s or PgDn    sink                            r   recording on or off
+  space        hold                            q   quit (the vehicle holds)"""
+# Zero velocity is sent this long after the last key, then nothing: another node may fly.
+HOLD_S = 1.0
+SHOW_PERIOD_S = 0.2
+
+
+class TeleopNode(Node):
+    """Flies by the keys of the terminal: a person demonstrates the route.
+
+    Arrow keys fly north (up), east, south and west while held; w and s or the page keys climb and sink; space holds;
+    t takes off and l lands by mavlink_bridge/takeoff and /land; r starts a demonstration by
+    recorder/start and ends it by recorder/stop (recorder with split:=manual); q quits. A key that
+    is let go becomes zero velocity after key_timeout_s. Publishes `cmd_vel` (TwistStamped, frame map) while
+    vehicle_status.commandable is true; shows `pose`, and with grid_file the cell and the next waypoint.
+
+    Example:
+      ros2 run advise_ros teleop --ros-args -p grid_file:=config/grid_6x6.yaml
+    """
+
+    def __init__(self) -> None:
+        super().__init__('teleop')
+        self.config = parameters.load(self, TeleopConfig)
+        self._grid = load_grid(self.config.grid_file) if self.config.grid_file else None
+        self._stick = Stick(self.config.speed_m_s, self.config.climb_m_s, self.config.key_timeout_s)
+        self._gate = PoseGate()
+        self._tracker: CellTracker | None = None
+        self._start_route()
+        self._pose: Pose | None = None
+        self._vehicle: VehicleStatus | None = None
+        self._typed = b''
+        self._hold_until_s = self._shown_s = 0.0
+        self._recording = False
+        self._said = ''
+        self._diagnostics = Diagnostics(self)
+        self._make_entities()
+        self._terminal = Terminal()
+        print(KEYS, flush=True)
+
+    def _make_entities(self) -> None:
+        self._commands = self.create_publisher(TwistStamped, 'cmd_vel', qos.COMMAND)
+        self._asks = {name: self.create_client(Trigger, name) for name in (
+            'mavlink_bridge/takeoff', 'mavlink_bridge/land', 'recorder/start', 'recorder/stop',
+        )}
+        self.create_subscription(VehicleStatus, 'vehicle_status', self._on_vehicle, qos.latched())
+        self.create_subscription(PoseStamped, 'pose', self._on_pose, NEWEST_POSE)
+        self.create_timer(1.0 / self.config.rate_hz, self._on_tick, clock=Clock(clock_type=ClockType.STEADY_TIME))
+
+    def close(self) -> None:
+        """Give the terminal back."""
+        self._terminal.restore()
+
+    # -- what comes in -----------------------------------------------------------------------
+    def _on_vehicle(self, message: VehicleStatus) -> None:
+        if message.commandable and not (self._vehicle and self._vehicle.commandable):
+            self._start_route()
+        self._vehicle = message
+
+    def _on_pose(self, message: PoseStamped) -> None:
+        pose = self._gate.take(message, self.get_clock().now().nanoseconds)
+        if pose is not None:
+            self._pose = pose
+            if self._tracker is not None and self._vehicle is not None and self._vehicle.commandable:
+                self._tracker.update(pose.position_enu_m[0], pose.position_enu_m[1], pose.stamp_ns)
+
+    def _start_route(self) -> None:
+        if self._grid is not None:
+            self._tracker = CellTracker(self._grid, self.config.hysteresis_m)
+
+    def _on_tick(self) -> None:
+        typed, now_s = self._terminal.read(), time.monotonic()
+        if typed is None:
+            rclpy.try_shutdown()
+            return
+        keys, self._typed = decode(self._typed + typed)
+        for key in keys:
+            self._press(key, now_s)
+        self._fly(now_s)
+        self._show(now_s)
+
+    # -- keys --------------------------------------------------------------------------------
+    def _press(self, key: Key, now_s: float) -> None:
+        self._stick.press(key, now_s)
+        if key in MOTIONS or key is Key.HOLD:
+            self._hold_until_s = now_s + self.config.key_timeout_s + HOLD_S
+        elif key is Key.QUIT:
+            self._publish(ZERO)
+            rclpy.try_shutdown()
+        elif key is Key.RECORD:
+            self._ask('recorder/stop' if self._recording else 'recorder/start')
+        else:
+            self._ask(f'mavlink_bridge/{key.value}')
+
+    def _ask(self, service: str) -> None:
+        client = self._asks[service]
+        if not client.service_is_ready():
+            self._said = f'{service}: there is no such service'
+            return
+        self._said = f'{service} ...'
+        client.call_async(Trigger.Request()).add_done_callback(lambda future: self._on_reply(service, future))
+
+    def _on_reply(self, service: str, future: Future) -> None:
+        reply = future.result()
+        self._said = f'{service}: {reply.message or ("done" if reply.success else "refused")}'
+        if reply.success and service.startswith('recorder/'):
+            self._recording = service == 'recorder/start'
+            self._start_route()
+
+    def _fly(self, now_s: float) -> None:
+        commandable = self._vehicle is None or self._vehicle.commandable
+        if commandable and now_s < self._hold_until_s:
+            self._publish(self._stick.velocity(now_s))
+
+    def _publish(self, velocity_enu_m_s: tuple[float, float, float]) -> None:
+        self._commands.publish(velocity_command(velocity_enu_m_s, between_poses_ns(self.get_clock().now().nanoseconds)))
+
+    # -- what is shown -----------------------------------------------------------------------
+    def _show(self, now_s: float) -> None:
+        if now_s - self._shown_s < SHOW_PERIOD_S:
+            return
+        self._shown_s = now_s
+        held = self._stick.held(now_s)
+        parts = [self._where(), held.value if held else 'hold', self._vehicle_text(), 'RECORDING' if self._recording else '', self._said]
+        self._terminal.show(' | '.join(part for part in parts if part))
+        self._diagnostics.set(WARN if self._gate.problem else OK, self._gate.problem or self._vehicle_text())
+
+    def _where(self) -> str:
+        if self._pose is None:
+            return self._gate.problem or 'no pose yet'
+        east, north, up = self._pose.position_enu_m
+        place = f'east {east:.1f} north {north:.1f} up {up:.1f} m'
+        if self._grid is None or self._tracker is None or self._tracker.state is None:
+            return place
+        cell = list(self._grid.xy(self._grid.cell_of(self._tracker.state)))
+        if self._tracker.finished:
+            return f'cell {cell}, the route is over | {place}'
+        waypoint = list(self._grid.xy(self._grid.waypoints[self._grid.next_waypoint(self._tracker.state)]))
+        return f'cell {cell}, next waypoint {waypoint} | {place}'
+
+    def _vehicle_text(self) -> str:
+        vehicle = self._vehicle
+        if vehicle is None:
+            return 'no vehicle_status'
+        if vehicle.commandable:
+            return 'flying'
+        return vehicle.waiting_for or ('in the air, takes no commands' if vehicle.in_air else 'ready, t takes off' if vehicle.ready else 'not ready')
+
+
+def main() -> None:
+    sys.exit(run.run_node(TeleopNode, TeleopConfig))
+
+
+if __name__ == '__main__':
+    main()
