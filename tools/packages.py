@@ -6,6 +6,7 @@ import os
 import re
 import shutil
 import sys
+import sysconfig
 from pathlib import Path
 
 import prerequisites
@@ -126,8 +127,6 @@ def _find_headers(shell: Shell, venv: Path) -> None:
     Raises:
         SetupError: they are missing and cannot be fetched.
     """
-    import sysconfig
-
     if Path(sysconfig.get_paths()['include'], 'Python.h').exists():
         return
     shell.say('header files of Python, which are not installed here')

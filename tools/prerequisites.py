@@ -82,10 +82,8 @@ def reason(output: str) -> str | None:
 
 
 def python_headers() -> str:
-    return (
-        f"the header files of Python {sys.version_info.major}.{sys.version_info.minor} are missing: "
-        f'sudo apt install python{sys.version_info.major}.{sys.version_info.minor}-dev'
-    )
+    number = f'{sys.version_info.major}.{sys.version_info.minor}'
+    return f'the header files of Python {number} are missing: sudo apt install python{number}-dev'
 
 
 NO_NETWORK = (

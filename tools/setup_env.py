@@ -23,6 +23,7 @@ from prerequisites import SetupError
 from shell import Shell
 
 ROOT = Path(__file__).resolve().parent.parent
+OWN = ('packages.py', 'build.py', 'warm.py')
 VENV, INSTALL = ROOT / '.venv', ROOT / 'install'
 
 
@@ -53,7 +54,7 @@ def digest(parts: Iterable[str | Path]) -> str:
 
 def environment_digest(system: bool) -> str:
     python = f'{sys.version} {packages.base_python()} {ROOT} {os.environ.get("AMENT_PREFIX_PATH") if system else ""}'
-    return digest([python, packages.lock(ROOT, system), *sorted((ROOT / 'tools').glob('*.py'))])
+    return digest([python, packages.lock(ROOT, system), *(ROOT / 'tools' / name for name in OWN)])
 
 
 def build_digest(environment: str) -> str:

@@ -30,11 +30,12 @@ class Shell:
         try:
             done = subprocess.run(
                 [str(word) for word in command], cwd=self.root, env=dict(os.environ if env is None else env),
-                stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, errors='replace',
+                stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                text=True, errors='replace', check=False,
             )
         except FileNotFoundError as problem:
             return 127, str(problem)
-        with open(self.log, 'a', encoding='utf-8') as log:
+        with self.log.open('a', encoding='utf-8') as log:
             log.write(f'{time.strftime("%F %T")} $ {" ".join(str(word) for word in command)}\n{done.stdout}\n')
         return done.returncode, done.stdout
 

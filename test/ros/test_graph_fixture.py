@@ -6,6 +6,7 @@ import pytest
 from rclpy.qos import QoSProfile
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
+
 from support.graph import Graph
 from support.processes import living_in_group, ros_arguments
 
@@ -41,7 +42,7 @@ def test_topics_and_services_reach_a_process_and_back(graph: Graph) -> None:
 
 def test_a_process_that_fails_ends_the_wait_with_its_last_lines(graph: Graph) -> None:
     graph.start_command('broken', [sys.executable, '-c', 'import sys; sys.exit("error: no such grid")'])
-    with pytest.raises(AssertionError, match='while waiting for a String on never(.|\n)*error: no such grid'):
+    with pytest.raises(AssertionError, match=r'while waiting for a String on never(.|\n)*error: no such grid'):
         graph.wait_for('never', String)
     graph.processes[0].wait_exit()  # Known now, so it does not fail this test.
 
@@ -57,7 +58,7 @@ def test_what_does_not_stop_is_killed_and_told_of(graph: Graph) -> None:
 def test_children_that_are_left_behind_are_killed_and_told_of(graph: Graph) -> None:
     parent = 'import subprocess; subprocess.Popen(["sleep", "60"]); print("on", flush=True)'
     process = graph.start_command('parent', [sys.executable, '-c', parent])
-    process.wait_exit()
+    graph.wait_until(lambda: not process.running)
     assert 'left processes' in process._end_children(patience_s=0.2)
     assert not living_in_group(process.pid)
 

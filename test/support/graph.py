@@ -167,7 +167,8 @@ class Graph:
         client = self._clients[key]
         self.wait_until(client.server_is_ready, timeout_s, f'action {name}')
         take = None if feedback is None else lambda message: feedback(message.feedback)
-        return self.wait_future(client.send_goal_async(goal, feedback_callback=take), timeout_s, f'an answer to the goal of {name}')
+        sent = client.send_goal_async(goal, feedback_callback=take)
+        return self.wait_future(sent, timeout_s, f'an answer to the goal of {name}')
 
     def result(self, handle: Any, timeout_s: float = PATIENCE_S) -> Any:
         """The end of an action goal: `.status` and `.result`."""

@@ -5,14 +5,14 @@ from __future__ import annotations
 from geometry_msgs.msg import PoseStamped, TwistStamped
 from rclpy.clock import Clock, ClockType
 from std_srvs.srv import Trigger
-from support.graph import Graph
-from support.vehicle import LazyVehicle
 
 from advise_msgs.msg import VehicleStatus
 from advise_ros.core.grid import Grid
 from advise_ros.core.seeking import Vector
 from advise_ros.ros import qos
 from advise_ros.ros.convert import NS, stamp_from_ns
+from support.graph import Graph
+from support.vehicle import LazyVehicle
 
 TURN_S = 0.01
 

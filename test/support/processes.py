@@ -161,4 +161,4 @@ class Process:
 
     def _join(self) -> None:
         for reader in self._readers:
-            reader.join(5)
+            reader.join(1)  # A child left behind may hold the pipe open.
