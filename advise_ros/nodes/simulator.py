@@ -77,11 +77,15 @@ class SimulatorNode(Node):
     def _report(self) -> None:
         pacer, vehicle = self._pacer, self._autopilot.vehicle
         values = {
-            'speedup asked': pacer.speedup, 'speedup achieved': 'measuring' if pacer.achieved is None else f'{pacer.achieved:.2f}',
-            'simulated time (s)': f'{vehicle.now_s:.1f}', 'mode': vehicle.mode.name, 'armed': vehicle.armed,
+            'speedup asked': pacer.speedup,
+            'speedup achieved': 'measuring' if pacer.achieved is None else f'{pacer.achieved:.2f}',
+            'simulated time (s)': f'{vehicle.now_s:.1f}',
+            'mode': vehicle.mode.name,
+            'armed': vehicle.armed,
         }
         if pacer.falls_behind and pacer.achieved is not None:
-            self._diagnostics.set(WARN, f'speedup {pacer.speedup:g} asked, {pacer.achieved:.1f} achieved: this machine cannot keep up', values)
+            shortfall = f'speedup {pacer.speedup:g} asked, {pacer.achieved:.1f} achieved: this machine cannot keep up'
+            self._diagnostics.set(WARN, shortfall, values)
         elif not self._spoken_to:
             self._diagnostics.set(OK, f'waiting for a companion on {self.config.endpoint}', values)
         else:

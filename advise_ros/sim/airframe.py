@@ -13,7 +13,8 @@ Array = NDArray[np.float64]
 Body = dict[str, Array]
 
 # The Hummingbird with the motors and the attitude loop of a larger craft, as ArduCopter flies: slow enough
-# that control held for 25 ms is well damped and one midpoint step of 25 ms stays within a millimetre of a fine integration over a flight.
+# that control held for 25 ms is well damped, and midpoint steps of 25 ms stay within a millimetre of a fine
+# integration over a flight.
 PARAMETERS: dict[str, Any] = {**quad_params, 'tau_m': 0.03, 'kp_att': 150.0, 'kd_att': 24.0, 'motor_noise_std': 0.0}
 HOVER_ROTOR_RAD_S = float(np.sqrt(PARAMETERS['mass'] * 9.81 / (4 * PARAMETERS['k_eta'])))
 

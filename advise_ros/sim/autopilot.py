@@ -118,7 +118,8 @@ class Autopilot:
         return self._run(Command(message.command, params), message)
 
     def _on_command_int(self, message: Message) -> list[Message]:
-        params = (*(float(getattr(message, f'param{n}')) for n in range(1, 5)), float(message.x), float(message.y), float(message.z))
+        first = (float(getattr(message, f'param{n}')) for n in range(1, 5))
+        params = (*first, float(message.x), float(message.y), float(message.z))
         return self._run(Command(message.command, params), message)
 
     def _on_set_mode(self, message: Message) -> list[Message]:

@@ -157,7 +157,7 @@ def thrust_acceleration(
 def attitude(thrust_m_s2: Array, yaw_enu_rad: float) -> Array:
     """Quaternion [i, j, k, w] that points the rotors along the thrust and the nose along the yaw."""
     up = thrust_m_s2 / math.sqrt(float(thrust_m_s2 @ thrust_m_s2))
-    # Tilt from vertical by the shortest turn, after the yaw: q = tilt * yaw, and the nose keeps the yaw for tilts below 90 degrees.
+    # The shortest turn from vertical, after the yaw: q = tilt * yaw keeps the nose's heading at every tilt flown here.
     tilt = np.array([-up[1], up[0], 0.0, 1.0 + up[2]])
     tilt /= math.sqrt(float(tilt @ tilt))
     sin, cos = math.sin(yaw_enu_rad / 2), math.cos(yaw_enu_rad / 2)

@@ -64,7 +64,8 @@ def battery_status(vehicle: Vehicle) -> Message:
     unknown = 0xFFFF
     return mavlink.MAVLink_battery_status_message(
         0, mavlink.MAV_BATTERY_FUNCTION_ALL, mavlink.MAV_BATTERY_TYPE_LIPO, 0x7FFF,
-        [round(battery.voltage_v * 1000), *[unknown] * 9], round(battery.current_a * 100), -1, -1, math.ceil(battery.remaining * 100),
+        [round(battery.voltage_v * 1000), *[unknown] * 9], round(battery.current_a * 100), -1, -1,
+        math.ceil(battery.remaining * 100),
     )
 
 
@@ -126,7 +127,8 @@ def global_position_int(vehicle: Vehicle) -> Message | None:
     height = round(vehicle.state.altitude_m * 1000)
     heading = round(math.degrees(_angles_ned_rad(vehicle)[2]) * 100) % 36000
     return mavlink.MAVLink_global_position_int_message(
-        _ms(vehicle), *_latitude_longitude_e7(vehicle), round(ORIGIN_ALTITUDE_M * 1000) + height, height, north, east, down, heading,
+        _ms(vehicle), *_latitude_longitude_e7(vehicle), round(ORIGIN_ALTITUDE_M * 1000) + height, height,
+        north, east, down, heading,
     )
 
 

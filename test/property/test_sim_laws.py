@@ -20,7 +20,8 @@ from advise_ros.sim.setpoints import Setpoint
 
 STEP_NS = 25_000_000
 ANY_FLOAT = st.floats(width=32, allow_nan=True, allow_infinity=True)
-SCRIPT = ((0.0, (0.0, 0.0, 0.0)), (9.5, (1.2, 0.0, 0.0)), (11.0, (0.0, -1.0, 0.3)), (12.0, (0.0, 0.0, 0.0)), (15.5, (-0.5, 0.5, -0.2)))
+# Simulated second -> velocity; the last one comes after the timeout of the one before.
+SCRIPT = ((9.5, (1.2, 0.0, 0.0)), (11.0, (0.0, -1.0, 0.3)), (12.0, (0.0, 0.0, 0.0)), (15.5, (-0.5, 0.5, -0.2)))
 
 
 def airborne(seed: int = 5) -> Autopilot:
@@ -35,7 +36,7 @@ def airborne(seed: int = 5) -> Autopilot:
 def flown(steady_times_ns: list[int], speedup: float, ticks: int) -> np.ndarray:
     """The scripted flight with ticks done whenever the pacer says so; position and velocity at each tick."""
     autopilot, pacer, track = airborne(), Pacer(speedup, STEP_NS), []
-    script = [entry for entry in SCRIPT if entry[0] > 0.0]
+    script = list(SCRIPT)
     for now_ns in steady_times_ns:
         for _ in range(pacer.due(now_ns)):
             vehicle = autopilot.vehicle
@@ -86,8 +87,8 @@ def test_no_setpoint_makes_a_state_that_is_not_finite(mask, frame, values):
     autopilot.vehicle.airborne = True
     message = mavlink.MAVLink_set_position_target_local_ned_message(0, 1, 1, frame, mask, *values)
     decoded = setpoints.decode(message, (1.0, 2.0, 3.0), 0.5)
-    for part in (decoded.position_enu_m or (), decoded.velocity_enu_m_s or (), (decoded.yaw_enu_rad or 0.0, decoded.yaw_rate_enu_rad_s)):
-        assert all(map(math.isfinite, part))
+    yaw = (decoded.yaw_enu_rad or 0.0, decoded.yaw_rate_enu_rad_s)
+    assert all(map(math.isfinite, (*(decoded.position_enu_m or ()), *(decoded.velocity_enu_m_s or ()), *yaw)))
     assert autopilot.receive(message) == []
     for _ in range(6):
         autopilot.step()

@@ -13,6 +13,7 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from pymavlink import mavutil
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 from rosgraph_msgs.msg import Clock
+
 from support import reserve
 
 ACCEPTED, DENIED, FAILED = 0, 2, 4

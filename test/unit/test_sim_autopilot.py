@@ -114,7 +114,8 @@ def test_readiness_takes_its_time_and_position_comes_before_it():
     assert of(middle, 'LOCAL_POSITION_NED')
     assert all(report.flags & 0x80 for report in of(early + middle, 'EKF_STATUS_REPORT'))
     assert of(late, 'EKF_STATUS_REPORT')[-1].flags == 0x33F
-    assert [bool(s.onboard_control_sensors_health & 0x10000000) for s in (of(middle, 'SYS_STATUS')[-1], of(late, 'SYS_STATUS')[-1])] == [False, True]
+    last = [of(sent, 'SYS_STATUS')[-1].onboard_control_sensors_health for sent in (middle, late)]
+    assert [bool(health & 0x10000000) for health in last] == [False, True]
 
 
 def test_arming_and_takeoff_before_readiness_are_refused_in_words():
@@ -162,7 +163,8 @@ def test_every_mode_that_is_simulated_is_taken_and_others_are_refused():
         assert companion.command(SET_MODE, 1, mode) == ACCEPTED
         assert companion.vehicle.mode is mode
     assert [companion.command(SET_MODE, 1, number) for number in (3, 99)] == [FAILED, FAILED]
-    assert [companion.command(SET_MODE, flags, number) for flags, number in ((0, 4), (NAN, 4), (1, NAN), (1, math.inf))] == [DENIED] * 4
+    for flags, number in ((0, 4), (NAN, 4), (1, NAN), (1, math.inf)):
+        assert companion.command(SET_MODE, flags, number) == DENIED
     assert companion.vehicle.mode is Mode.BRAKE
 
 
@@ -463,7 +465,9 @@ def test_global_position_agrees_with_the_local_one():
 
 
 @pytest.mark.parametrize('values', [
-    {'wind_east_m_s': 30.0, 'gust_m_s': 20.0}, {'step_s': 0.05, 'wind_north_m_s': -30.0}, {'step_s': 0.05, 'acceleration_m_s2': 30.0},
+    {'wind_east_m_s': 30.0, 'gust_m_s': 20.0},
+    {'step_s': 0.05, 'wind_north_m_s': -30.0},
+    {'step_s': 0.05, 'acceleration_m_s2': 30.0},
     {'acceleration_m_s2': 0.1, 'max_speed_m_s': 0.1},
 ])
 def test_the_ends_of_the_parameters_ranges_stay_finite(values):

@@ -10,11 +10,11 @@ from typing import Any
 
 import pytest
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
-from support import reserve
 
 from advise_ros.core.errors import InputError
 from advise_ros.mavlink.framing import Framer
 from advise_ros.sim.link import Link
+from support import reserve
 
 HEARTBEAT = mavlink.MAVLink_heartbeat_message(2, 3, 0, 0, 3, 3)
 ASK = mavlink.MAVLink_command_long_message(1, 1, 400, 0, 1, 0, 0, 0, 0, 0, 0)
@@ -78,7 +78,8 @@ def test_udpout_does_not_mind_that_nobody_listens():
 
 def test_udpin_answers_whoever_sent_the_last_frame_but_not_garbage():
     port = reserve.free_udp_port()
-    with link(f'udpin:127.0.0.1:{port}') as vehicle, client(socket.SOCK_DGRAM, port) as good, client(socket.SOCK_DGRAM, port) as bad:
+    good_and_bad = client(socket.SOCK_DGRAM, port), client(socket.SOCK_DGRAM, port)
+    with link(f'udpin:127.0.0.1:{port}') as vehicle, good_and_bad[0] as good, good_and_bad[1] as bad:
         vehicle.send([HEARTBEAT])  # nobody there yet: dropped
         good.send(frame(ASK))
         eventually(vehicle.read)
