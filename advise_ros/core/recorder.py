@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import deque
 from enum import Enum
 from typing import NamedTuple
 
@@ -72,8 +73,9 @@ class Recorder:
         self._poses: list[tuple[int, Vector]] = []
         self._commands: list[tuple[int, Vector]] = []
         self._newest_ns = self._newest_command_ns = 0
-        self._state: VehicleEvent | None = None
-        self._airborne = self._flown = self._policy_flies = False
+        self._pending: deque[VehicleEvent] = deque()
+        self._seen_ns, self._silent_s = -1, 0.0
+        self._knows_state = self._airborne = self._flown = self._policy_flies = False
         self._manual = False
         self._start_ns = self._end_ns = 0
         self._end_reason = EndReason.STOPPED
@@ -90,6 +92,7 @@ class Recorder:
         if stamp_ns <= self._newest_ns:
             return
         self._newest_ns = stamp_ns
+        self._apply_events(stamp_ns)
         if math.isfinite(position_enu_m[2]):
             self._watch_altitude(stamp_ns, position_enu_m[2])
         if self.phase is Phase.OPEN:
@@ -102,8 +105,17 @@ class Recorder:
         self._trim(self._commands)
 
     def vehicle(self, event: VehicleEvent) -> None:
-        """The vehicle's state, as often as it is told."""
-        self._state = event
+        """The vehicle's state, as often as it is told; it holds for the positions stamped after it."""
+        self._pending.append(event)
+        if event.stamp_ns <= self._newest_ns:
+            self._apply_events(self._newest_ns)
+
+    def _apply_events(self, until_ns: int) -> None:
+        while self._pending and self._pending[0].stamp_ns <= until_ns:
+            self._apply(self._pending.popleft())
+
+    def _apply(self, event: VehicleEvent) -> None:
+        self._knows_state = True
         airborne = event.armed and event.in_air
         if self._airborne and not airborne:
             self._landed(event.stamp_ns, EndReason.LANDED if event.armed else EndReason.DISARMED)
@@ -159,6 +171,7 @@ class Recorder:
     # -- results -------------------------------------------------------------------------------
     def take(self, steady_s: float) -> list[Output]:
         """What has become ready; call it now and then with the monotonic time."""
+        self._settle_events(steady_s)
         if self.phase is Phase.CLOSING:
             self._closing_s = steady_s if self._closing_s is None else self._closing_s
             later = min(self._newest_ns, self._newest_command_ns) > self._end_ns
@@ -166,6 +179,13 @@ class Recorder:
                 self._finish()
         ready, self._outputs = self._outputs, []
         return ready
+
+    def _settle_events(self, steady_s: float) -> None:
+        """Events ahead of the positions count all the same when no positions come for a while."""
+        if not self._pending or self._newest_ns != self._seen_ns:
+            self._seen_ns, self._silent_s = self._newest_ns, steady_s
+        elif steady_s - self._silent_s >= SETTLE_S:
+            self._apply_events(max(event.stamp_ns for event in self._pending))
 
     def _finish(self) -> None:
         found = self._discretised()
@@ -208,7 +228,7 @@ class Recorder:
         )
 
     def _watch_altitude(self, stamp_ns: int, altitude_m: float) -> None:
-        if self._state is None:
+        if not self._knows_state:
             if self._airborne and altitude_m < landed_altitude_m(self._grid):
                 self._landed(stamp_ns, EndReason.LANDED)
                 self._airborne = False
@@ -254,7 +274,7 @@ class Recorder:
         self._poses.clear()
         self._commands.clear()
         self._newest_ns = self._newest_command_ns = 0
-        self._flown = self._flown and self._airborne
+        self._pending.clear()
         self._idle()
 
 

@@ -29,6 +29,8 @@ from advise_ros.ros.diagnostics import Diagnostics
 POLL_S = 0.05
 REPORT_S = 1.0
 POLICY_TOPIC = 'policy/status'
+# Landing and disarming may come at once; both count.
+STATUS_DEPTH = 50
 
 
 class RecorderNode(Node):
@@ -81,7 +83,7 @@ class RecorderNode(Node):
         kind = PoseStamped if self.config.pose_source == 'pose' else Odometry
         self.create_subscription(kind, self.config.pose_source, self._on_pose, qos.SENSOR_DEEP)
         self.create_subscription(TwistStamped, 'cmd_vel', self._on_command, qos.COMMAND_DEEP)
-        self.create_subscription(msg.VehicleStatus, 'vehicle_status', self._on_vehicle, qos.latched())
+        self.create_subscription(msg.VehicleStatus, 'vehicle_status', self._on_vehicle, qos.latched(STATUS_DEPTH))
         self.create_subscription(msg.FlightStatus, POLICY_TOPIC, self._on_policy, qos.latched())
 
     def _open_mavlink(self) -> None:

@@ -1,0 +1,225 @@
+"""The recorder as a process: topics, a live link or a log in, demonstrations out."""
+
+import socket
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import PoseStamped, TwistStamped
+from nav_msgs.msg import Odometry
+from std_srvs.srv import Trigger
+
+from advise_msgs.msg import Demonstration, FlightStatus, VehicleStatus
+from advise_ros.config import RecorderConfig
+from advise_ros.core.demonstration import EndReason
+from advise_ros.core.discretise import discretise
+from advise_ros.core.grid import Action
+from advise_ros.core.samples import NO_COMMANDS, Recording
+from advise_ros.mavlink.messages import dialect
+from advise_ros.recording.gridfile import grid_to_mapping
+from advise_ros.ros import convert, qos
+from support.flown import GRID, NS, flight, round_trip
+from support.graph import Graph
+
+BAGS = Path(__file__).parents[2] / 'bags'
+GRID_6X6 = Path(__file__).parents[2] / 'config' / 'grid_6x6.yaml'
+SETTINGS = RecorderConfig().discretise_settings()
+
+
+@pytest.fixture
+def grid_file(tmp_path: Path) -> str:
+    path = tmp_path / 'grid.yaml'
+    path.write_text(yaml.safe_dump({'grid': grid_to_mapping(GRID)}))
+    return str(path)
+
+
+# Best effort: a burst of hundreds would overrun the socket's buffer.
+PACE_S = 0.002
+
+
+class Vehicle:
+    """Publishes samples as a bridge and a pilot do."""
+
+    def __init__(self, graph: Graph, prefix: str = '', *, states: bool = True) -> None:
+        self._poses = graph.publisher(prefix + 'pose', PoseStamped, qos.SENSOR_DEEP)
+        self._commands = graph.publisher(prefix + 'cmd_vel', TwistStamped, qos.COMMAND_DEEP)
+        self._states = graph.publisher(prefix + 'vehicle_status', VehicleStatus, qos.latched(50)) if states else None
+
+    def fly(self, recording: Recording, frame_id: str = 'map') -> None:
+        """Everything in the order of its stamps, many times faster than flown."""
+        entries = [
+            *((stamp, 0, event) for stamp, *event in recording.events),
+            *((stamp, 1, position) for stamp, position in zip(*recording.poses, strict=True)),
+            *((stamp, 2, velocity) for stamp, velocity in zip(*recording.commands, strict=True)),
+        ]
+        for stamp_ns, kind, value in sorted(entries, key=lambda entry: entry[:2]):
+            (self.state, self.pose, self.command)[kind](int(stamp_ns), value, frame_id)
+
+    def pose(self, stamp_ns: int, position: np.ndarray, frame_id: str = 'map') -> None:
+        message = PoseStamped()
+        message.header.stamp, message.header.frame_id = convert.stamp_from_ns(stamp_ns), frame_id
+        place = message.pose.position
+        place.x, place.y, place.z = map(float, position)
+        self._poses.publish(message)
+        time.sleep(PACE_S)
+
+    def command(self, stamp_ns: int, velocity: np.ndarray, frame_id: str = 'map') -> None:
+        message = TwistStamped()
+        message.header.stamp, message.header.frame_id = convert.stamp_from_ns(stamp_ns), frame_id
+        message.twist.linear.x, message.twist.linear.y, message.twist.linear.z = map(float, velocity)
+        self._commands.publish(message)
+
+    def state(self, stamp_ns: int, state: list[bool], _: str = '') -> None:
+        if self._states is not None:
+            message = VehicleStatus(armed=state[0], in_air=state[1])
+            message.header.stamp = convert.stamp_from_ns(stamp_ns)
+            self._states.publish(message)
+
+
+def demonstration(graph: Graph, demonstration_id: str, *, moves: bool = True) -> Demonstration:
+    return graph.wait_for(
+        'demonstration', Demonstration, lambda d: d.demonstration_id == demonstration_id and bool(d.states) == moves,
+        qos=qos.DEMONSTRATIONS,
+    )
+
+
+def test_flights_become_demonstrations_that_equal_the_pure_function(graph: Graph, grid_file: str) -> None:
+    graph.start('recorder', params={'grid_file': grid_file})
+    vehicle = Vehicle(graph)
+    first = flight(GRID, round_trip())
+    second = flight(GRID, round_trip()[:4], start_ns=2000 * NS)
+    vehicle.fly(first)
+    demonstration(graph, 'flight-001')
+    vehicle.fly(second)
+    demonstration(graph, 'flight-002')
+    for number, (recording, reason) in enumerate(((first, EndReason.FINAL_WAYPOINT), (second, EndReason.LANDED)), start=1):
+        message = demonstration(graph, f'flight-{number:03}')
+        published = convert.demonstration_from_msg(message)
+        assert published.end_reason is reason
+        pure = discretise(
+            GRID, recording._replace(source=published.source), published.window_ns, SETTINGS, published.demonstration_id, reason,
+        )
+        assert published == pure
+        assert convert.demonstration_to_msg(pure) == message
+    assert len(demonstration(graph, 'flight-001').states) == len(round_trip()) - 1
+    assert [GRID.cell_of(s) for s in demonstration(graph, 'flight-002').states] == round_trip()[:3]
+
+
+def test_without_vehicle_status_the_altitude_tells(graph: Graph, grid_file: str) -> None:
+    graph.start('recorder', params={'grid_file': grid_file}, namespace='/drone1')
+    vehicle = Vehicle(graph, '/drone1/', states=False)
+    recording = flight(GRID, round_trip()[:3])
+    vehicle.fly(recording._replace(commands=NO_COMMANDS))
+    found = graph.wait_for('/drone1/demonstration', Demonstration, qos=qos.DEMONSTRATIONS)
+    assert list(found.actions) == [Action.EAST, Action.EAST]
+    assert found.end_reason == EndReason.LANDED and found.audit.ambiguous_actions == 2
+    assert found.source == 'topic /drone1/pose'
+
+
+def test_flights_of_the_policy_are_left_out(graph: Graph, grid_file: str) -> None:
+    graph.start('recorder', params={'grid_file': grid_file})
+    vehicle = Vehicle(graph)
+    status = graph.publisher('policy/status', FlightStatus, qos.latched())
+    status.publish(FlightStatus(phase=FlightStatus.FLYING))
+    graph.wait_for('/diagnostics', DiagnosticArray, lambda a: 'recorder' in a.status[0].name)
+    vehicle.fly(flight(GRID, round_trip()))
+    status.publish(FlightStatus(phase=FlightStatus.SUCCEEDED))
+    graph.wait_for('/diagnostics', DiagnosticArray, lambda a: 'recorder' in a.status[0].name, new=True)
+    vehicle.fly(flight(GRID, round_trip()[:5], start_ns=5000 * NS))
+    assert len(demonstration(graph, 'flight-001').states) == 4
+
+
+def test_start_stop_and_discard(graph: Graph, grid_file: str) -> None:
+    graph.start('recorder', params={'grid_file': grid_file, 'split': 'manual'})
+    vehicle = Vehicle(graph)
+    refused = graph.call(Trigger, 'recorder/stop')
+    assert not refused.success and 'start first' in refused.message
+    assert not graph.call(Trigger, 'recorder/discard').success
+
+    assert graph.call(Trigger, 'recorder/start').success
+    assert 'already' in graph.call(Trigger, 'recorder/start').message
+    vehicle.fly(flight(GRID, round_trip()[:4], landing=False))
+    stopped = graph.wait_until(lambda: _stopped(graph))
+    assert 'flight-001 with 3 moves' in stopped.message
+    assert demonstration(graph, 'flight-001').end_reason == EndReason.STOPPED
+
+    assert graph.call(Trigger, 'recorder/start').success
+    assert 'flight-002 is dropped' in graph.call(Trigger, 'recorder/discard').message
+    taken = graph.call(Trigger, 'recorder/discard')
+    assert taken.success and 'flight-001 is taken back' in taken.message
+    assert demonstration(graph, 'flight-001', moves=False).audit.notes
+    assert not graph.call(Trigger, 'recorder/discard').success
+
+
+def _stopped(graph: Graph) -> Trigger.Response | None:
+    """Poses are best effort and beside the service: wait until enough of them have arrived."""
+    reply = graph.call(Trigger, 'recorder/stop')
+    if '3 moves' in reply.message:
+        return reply
+    graph.call(Trigger, 'recorder/start')
+    return None
+
+
+def test_wrong_frames_and_nan_are_refused_in_words(graph: Graph, grid_file: str) -> None:
+    process = graph.start('recorder', params={'grid_file': grid_file})
+    vehicle = Vehicle(graph)
+    vehicle.fly(flight(GRID, round_trip()), frame_id='odom')
+    wrong = graph.wait_for(
+        '/diagnostics', DiagnosticArray, lambda a: "positions in frame 'odom'" in a.status[0].message,
+    )
+    assert int(next(v.value for v in wrong.status[0].values if v.key.startswith('positions in'))) > 0
+    recording = flight(GRID, round_trip(), start_ns=3000 * NS)
+    recording.poses.positions_enu_m[60] = np.nan
+    vehicle.fly(recording)
+    found = demonstration(graph, 'flight-001')
+    assert any('1 positions are not numbers' in note for note in found.audit.notes)
+    graph.wait_until(lambda: 'positions that are not numbers are not used' in process.text)
+    assert process.text.count("positions in frame 'odom' are refused") == 1
+
+
+def test_odometry_may_take_the_place_of_poses(graph: Graph, grid_file: str) -> None:
+    graph.start('recorder', params={'grid_file': grid_file, 'pose_source': 'odom'})
+    publisher = graph.publisher('odom', Odometry, qos.SENSOR_DEEP)
+    for stamp_ns, position in zip(*flight(GRID, round_trip()).poses, strict=True):
+        message = Odometry()
+        message.header.stamp, message.header.frame_id = convert.stamp_from_ns(int(stamp_ns)), 'map'
+        place = message.pose.pose.position
+        place.x, place.y, place.z = position.tolist()
+        publisher.publish(message)
+        time.sleep(PACE_S)
+    assert demonstration(graph, 'flight-001').end_reason == EndReason.FINAL_WAYPOINT
+
+
+def test_a_log_is_published_and_latched(graph: Graph) -> None:
+    log = BAGS / 'arducopter_flight1.tlog'
+    graph.start('recorder', params={'grid_file': str(GRID_6X6), 'source': 'tlog', 'tlog_file': str(log)})
+    found = demonstration(graph, 'flight-001')
+    assert len(found.states) == 22 and found.end_reason == EndReason.FINAL_WAYPOINT and found.source == str(log)
+    assert 'published already' in graph.call(Trigger, 'recorder/start').message
+
+
+def test_a_live_link_is_listened_to(graph: Graph, grid_file: str, free_udp_port: int) -> None:
+    graph.start(
+        'recorder', params={'grid_file': grid_file, 'source': 'mavlink', 'mavlink_url': f'udpin:127.0.0.1:{free_udp_port}'},
+    )
+    graph.wait_for('/diagnostics', DiagnosticArray, lambda a: 'an autopilot' in a.status[0].message)
+    codec = dialect.MAVLink(None, 1, 1)
+    recording = flight(GRID, round_trip())
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as link:
+        link.connect(('127.0.0.1', free_udp_port))
+        for message in _autopilot(recording):
+            link.send(message.pack(codec))
+            time.sleep(PACE_S / 2)
+        found = demonstration(graph, 'flight-001')
+    assert found.end_reason == EndReason.FINAL_WAYPOINT and len(found.states) == len(round_trip()) - 1
+
+
+def _autopilot(recording: Recording) -> Iterator[object]:
+    yield dialect.MAVLink_heartbeat_message(2, 3, dialect.MAV_MODE_FLAG_SAFETY_ARMED, 4, 4, 3)
+    yield dialect.MAVLink_extended_sys_state_message(0, 2)
+    for boot_ms, (east, north, up) in enumerate(recording.poses.positions_enu_m, start=1):  # A hundred times faster.
+        yield dialect.MAVLink_local_position_ned_message(boot_ms, north, east, -up, 0.0, 0.0, 0.0)
