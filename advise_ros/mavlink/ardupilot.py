@@ -7,11 +7,10 @@ reached, and a mode that somebody else set is respected until a person asks for 
 
 from __future__ import annotations
 
-from enum import Enum
-
 from advise_ros.mavlink import messages as mav
 from advise_ros.mavlink.messages import Message
-from advise_ros.mavlink.requests import Goal, Progress, Repeated, Request
+from advise_ros.mavlink.requests import Goal, Progress, Request
+from advise_ros.mavlink.undertaking import Phase, Undertaking
 from advise_ros.mavlink.vehicle import Vehicle
 
 MODES = {
@@ -42,17 +41,6 @@ EFFECT_S = 15.0
 PREARM_ASK_S = 5.0
 
 
-class Phase(Enum):
-    """Where a goal stands; the value says what is waited for."""
-
-    READY = 'readiness'
-    MODE = 'GUIDED mode'
-    ARM = 'arming'
-    TAKEOFF = 'take-off'
-    CLIMB = 'take-off altitude'
-    DOWN = 'touch-down'
-
-
 class ArduPilot:
     """Decides what to send to one ArduCopter.
 
@@ -62,17 +50,14 @@ class ArduPilot:
     """
 
     intervals = INTERVALS
+    streams = False
 
     def __init__(self, vehicle: Vehicle, ready_timeout_s: float) -> None:
         self._vehicle = vehicle
         self._ready_timeout_s = ready_timeout_s
-        self._request: Request | None = None
-        self._phase = Phase.READY
-        self._command: Repeated | None = None
-        self._phase_s = 0.0
+        self._task = Undertaking(vehicle)
         self._still_since_s = 0.0
         self._prearm_asked_s = 0.0
-        self._failure = ''
         self._was_guided = False
 
     # -- status ------------------------------------------------------------------------------
@@ -101,23 +86,19 @@ class ArduPilot:
     def commandable(self) -> bool:
         """Velocity setpoints would be obeyed, given a living link."""
         vehicle = self._vehicle
-        taking_off = self._request is not None and self._request.goal is Goal.TAKEOFF
+        task = self._task.request
         return (
             vehicle.custom_mode == GUIDED and vehicle.armed and vehicle.landed_state == mav.IN_AIR
-            and not taking_off and not self._landing
+            and (task is None or task.goal not in (Goal.TAKEOFF, Goal.LAND))
         )
-
-    @property
-    def _landing(self) -> bool:
-        return self._request is not None and self._request.goal is Goal.LAND
 
     @property
     def waiting_for(self) -> str:
         """What is missing for the next step, '' if nothing."""
-        if self._request is not None:
+        if self._task.request is not None:
             return self._waiting_in_phase()
-        if self._failure:
-            return self._failure
+        if self._task.failure:
+            return self._task.failure
         if not self.ready:
             return ', '.join(self.missing())
         if self._vehicle.armed and self._vehicle.in_air and self._vehicle.custom_mode != GUIDED:
@@ -126,86 +107,48 @@ class ArduPilot:
         return ''
 
     def _waiting_in_phase(self) -> str:
-        if self._phase is Phase.READY:
+        if self._task.phase is Phase.READY:
             return ', '.join(self.missing()) or str(Phase.MODE.value)
-        return str(self._phase.value)
+        return str(self._task.phase.value)
 
     # -- requests ----------------------------------------------------------------------------
     def ask(self, request: Request) -> None:
         """Begin a goal; one that is under way is given up."""
-        if self._request is not None:
-            self._finish(f'{self._request.goal.value} given up: {request.goal.value} was asked', failed=False)
-        self._request, self._failure = request, ''
+        first = {Goal.TAKEOFF: Phase.READY, Goal.LAND: Phase.MODE}
+        self._task.begin(request, first.get(request.goal, Phase.ARM))
         if request.goal is Goal.LAND and not self._vehicle.armed:
-            self._finish('disarmed already', failed=False)
-            return
-        first = {
-            Goal.ARM: Phase.ARM, Goal.DISARM: Phase.ARM, Goal.TAKEOFF: Phase.READY, Goal.LAND: Phase.MODE,
-        }[request.goal]
-        self._enter(first, request.begun_s)
+            self._task.finish('disarmed already', failed=False)
 
     def lose_link(self) -> None:
         """The link is lost: goals end, nothing is repeated when it comes back."""
-        if self._request is not None:
-            self._finish(f'{self._request.goal.value} given up: the link was lost')
+        self._task.give_up('the link was lost')
 
     # -- steps -------------------------------------------------------------------------------
     def step(self, now_s: float) -> list[Message]:
         """What to send now."""
         self._was_guided = self._vehicle.armed and (self._was_guided or self._vehicle.custom_mode == GUIDED)
         if self.commandable:
-            self._failure = ''  # However it came to fly, it does.
-        if self._request is None:
+            self._task.failure = ''  # However it came to fly, it does.
+        if self._task.request is None:
             return []
-        if self._phase in (Phase.MODE, Phase.TAKEOFF) and now_s - self._phase_s > EFFECT_S:
-            self._finish(f'{self._request.goal.value} given up: no {self._phase.value} after {EFFECT_S:g} s')
+        if self._task.phase in (Phase.MODE, Phase.TAKEOFF) and now_s - self._task.phase_s > EFFECT_S:
+            self._task.give_up(f'no {self._task.phase.value} after {EFFECT_S:g} s')
             return []
         steps = {
             Phase.READY: self._await_ready, Phase.MODE: self._set_mode, Phase.ARM: self._arm,
             Phase.TAKEOFF: self._take_off, Phase.CLIMB: self._climb, Phase.DOWN: self._come_down,
         }
-        return steps[self._phase](self._request, now_s)
-
-    def _enter(self, phase: Phase, now_s: float) -> None:
-        self._phase, self._phase_s, self._command, self._still_since_s = phase, now_s, None, now_s
-
-    def _finish(self, message: str, *, failed: bool = True) -> None:
-        request, self._request, self._command = self._request, None, None
-        if request is not None:
-            request.finished = True
-            request.answer(not failed, message)
-        self._failure = message if failed else ''
-
-    def _send(self, now_s: float, number: int, *params: float) -> list[Message]:
-        if self._vehicle.target is None:
-            return []
-        if self._command is None:
-            self._command = Repeated(mav.command(self._vehicle.target, number, *params))
-        return self._command.due(now_s)
+        return steps[self._task.phase](self._task.request, now_s)
 
     def _answer_of(self, what: str, now_s: float) -> Progress:
-        """How the phase's command stands; a refusal ends the goal, in words."""
-        if self._command is None:
-            return Progress.WAITING
-        progress = self._command.progress(self._vehicle, now_s)
-        if progress in (Progress.REFUSED, Progress.SILENT):
-            self._finish(f'{what} refused: {self._command.why(self._vehicle)}{self._lacking()}')
-        return progress
-
-    def _lacking(self) -> str:
-        return f' (still waiting for: {", ".join(self.missing())})' if not self.ready else ''
+        return self._task.answer_of(what, () if self.ready else self.missing(), now_s)
 
     def _await_ready(self, request: Request, now_s: float) -> list[Message]:
         if self.ready:
-            self._enter(Phase.MODE, now_s)
+            self._task.enter(Phase.MODE, now_s)
             return self._set_mode(request, now_s)
-        waiting = ', '.join(self.missing())
-        if now_s - request.begun_s > self._ready_timeout_s:
-            said = f'; the autopilot says: {self._vehicle.text}' if self._vehicle.text else ''
-            self._finish(f'take-off given up after {self._ready_timeout_s:g} s: still waiting for {waiting}{said}')
-            return []
-        request.answer(True, f'take-off begins when the autopilot is ready; still waiting for: {waiting}')
-        return self._ask_prearm(now_s)
+        self._task.wait_ready(self.missing(), self._ready_timeout_s, now_s)
+        return self._ask_prearm(now_s) if self._task.request is not None else []
 
     def _ask_prearm(self, now_s: float) -> list[Message]:
         """Let the autopilot say which of its checks fail."""
@@ -219,56 +162,57 @@ class ArduPilot:
         if self._vehicle.custom_mode == wanted:
             return self._mode_is_set(request, now_s)
         self._answer_of(f'{MODES[wanted]} mode', now_s)
-        return self._send(now_s, mav.CMD_SET_MODE, 1, wanted) if self._request is not None else []
+        return self._task.send(now_s, mav.CMD_SET_MODE, 1, wanted) if self._task.request is not None else []
 
     def _mode_is_set(self, request: Request, now_s: float) -> list[Message]:
         if request.goal is Goal.LAND:
             request.answer(True, 'landing')
-            self._enter(Phase.DOWN, now_s)
+            self._task.enter(Phase.DOWN, now_s)
             return []
         if self._vehicle.armed and self._vehicle.landed_state == mav.IN_AIR:
             request.answer(True, 'in the air already; GUIDED mode is set')
-            self._finish('', failed=False)
+            self._task.finish(failed=False)
             return []
-        self._enter(Phase.ARM, now_s)
+        self._task.enter(Phase.ARM, now_s)
         return self._arm(request, now_s)
 
     def _arm(self, request: Request, now_s: float) -> list[Message]:
         wanted = request.goal is not Goal.DISARM
         done = self._vehicle.armed == wanted or self._answer_of(request.goal.value, now_s) is Progress.ACCEPTED
-        if self._request is None:
+        if self._task.request is None:
             return []
         if not done:
-            return self._send(now_s, mav.CMD_ARM, float(wanted))
+            return self._task.send(now_s, mav.CMD_ARM, float(wanted))
         if request.goal is Goal.TAKEOFF:  # At once: an armed vehicle on the ground disarms itself.
-            self._enter(Phase.TAKEOFF, now_s)
+            self._task.enter(Phase.TAKEOFF, now_s)
             return self._take_off(request, now_s)
         request.answer(True, 'armed' if wanted else 'disarmed')
-        self._finish('', failed=False)
+        self._task.finish(failed=False)
         return []
 
     def _take_off(self, request: Request, now_s: float) -> list[Message]:
         if self._vehicle.custom_mode != GUIDED:
-            self._finish(f'take-off given up: {self.mode} was set by someone else')
+            self._task.finish(f'take-off given up: {self.mode} was set by someone else')
             return []
         if self._vehicle.in_air:  # By the state: a repeated command fails in the air.
             request.answer(True, f'taking off to {request.altitude_m:g} m')
-            self._enter(Phase.CLIMB, now_s)
+            self._task.enter(Phase.CLIMB, now_s)
+            self._still_since_s = now_s
             return self._climb(request, now_s)
         if self._answer_of('take-off', now_s) is Progress.ACCEPTED:
             request.answer(True, f'taking off to {request.altitude_m:g} m')
-        if self._request is None:
+        if self._task.request is None:
             return []
-        return self._send(now_s, mav.CMD_TAKEOFF, 0, 0, 0, 0, 0, 0, request.altitude_m)
+        return self._task.send(now_s, mav.CMD_TAKEOFF, 0, 0, 0, 0, 0, 0, request.altitude_m)
 
     def _climb(self, request: Request, now_s: float) -> list[Message]:
         vehicle = self._vehicle
         if vehicle.custom_mode != GUIDED:
-            self._finish(f'take-off given up: {self.mode} was set by someone else')
-        elif vehicle.landed_state == mav.ON_GROUND or (not vehicle.armed and now_s - self._phase_s > ARMED_LAG_S):
-            self._finish(f'take-off ended on the ground{f"; the autopilot says: {vehicle.text}" if vehicle.text else ""}')
+            self._task.finish(f'take-off given up: {self.mode} was set by someone else')
+        elif vehicle.landed_state == mav.ON_GROUND or (not vehicle.armed and now_s - self._task.phase_s > ARMED_LAG_S):
+            self._task.finish(f'take-off ended on the ground{self._task.said}')
         elif self._altitude_reached(request, now_s):
-            self._finish('', failed=False)
+            self._task.finish(failed=False)
         return []
 
     def _altitude_reached(self, request: Request, now_s: float) -> bool:
@@ -284,7 +228,7 @@ class ArduPilot:
 
     def _come_down(self, request: Request, now_s: float) -> list[Message]:
         if not self._vehicle.armed:
-            self._finish('', failed=False)
+            self._task.finish(failed=False)
         elif self._vehicle.custom_mode != LAND:
-            self._finish(f'landing given up: {self.mode} was set by someone else')
+            self._task.finish(f'landing given up: {self.mode} was set by someone else')
         return []

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 from advise_ros.mavlink import messages as mav
 from advise_ros.mavlink.ardupilot import ArduPilot
 from advise_ros.mavlink.frames import Vector
 from advise_ros.mavlink.messages import Message
-from advise_ros.mavlink.requests import Goal, Reply, Request
+from advise_ros.mavlink.px4 import Px4
+from advise_ros.mavlink.requests import Goal, Request
 from advise_ros.mavlink.vehicle import Vehicle
 
 HEARTBEAT_S = 1.0
@@ -46,13 +47,40 @@ class Settings:
     ready_timeout_s: float = 120.0
 
 
+class Pilot(Protocol):
+    """The state machine of one kind of autopilot."""
+
+    @property
+    def intervals(self) -> tuple[tuple[int, float], ...]:
+        """(message id, rate in Hz) to ask for, beside position and attitude."""
+
+    @property
+    def streams(self) -> bool:
+        """Whether setpoints must never pause while it is commandable."""
+
+    @property
+    def mode(self) -> str: ...
+    @property
+    def ready(self) -> bool: ...
+    @property
+    def commandable(self) -> bool: ...
+    @property
+    def waiting_for(self) -> str: ...
+    def ask(self, request: Request) -> None: ...
+    def lose_link(self) -> None: ...
+    def step(self, now_s: float) -> list[Message]: ...
+
+
+PILOTS: dict[int, Callable[[Vehicle, float], Pilot]] = {mav.AUTOPILOT_ARDUPILOT: ArduPilot, mav.AUTOPILOT_PX4: Px4}
+
+
 class Companion:
     """Finds the autopilot, keeps its messages coming and carries out what is asked of it."""
 
     def __init__(self, settings: Settings) -> None:
         self._settings = settings
         self.vehicle = Vehicle(settings.heartbeat_timeout_s, own_system=settings.system_id)
-        self._pilot: ArduPilot | None = None
+        self._pilot: Pilot | None = None
         self._open: Request | None = None
         self._heartbeat_s = -math.inf
         self._asked_s: dict[int, float] = {}
@@ -62,8 +90,8 @@ class Companion:
     def observe(self, message: Message, at_s: float) -> bool:
         """Take a message in; False if it is not from our autopilot."""
         ours = self.vehicle.observe(message, at_s)
-        if ours and self._pilot is None and self.vehicle.autopilot == mav.AUTOPILOT_ARDUPILOT:
-            self._pilot = ArduPilot(self.vehicle, self._settings.ready_timeout_s)
+        if ours and self._pilot is None and self.vehicle.autopilot in PILOTS:
+            self._pilot = PILOTS[self.vehicle.autopilot](self.vehicle, self._settings.ready_timeout_s)
         return ours
 
     def step(self, now_s: float, link_problem: str = '') -> list[Message]:
@@ -93,7 +121,7 @@ class Companion:
         if self._pilot is not None:
             self._pilot.lose_link()
 
-    def _intervals(self, pilot: ArduPilot, now_s: float) -> list[Message]:
+    def _intervals(self, pilot: Pilot, now_s: float) -> list[Message]:
         """Requests for messages that were never asked for or do not arrive."""
         target = self.vehicle.target
         if target is None:
@@ -125,8 +153,6 @@ class Companion:
         return request
 
     def _no_link(self) -> str:
-        if self.vehicle.autopilot and self._pilot is None:
-            return f'the autopilot is {self.vehicle.name}, which is not supported yet'
         what = 'the link to the autopilot is lost' if self.vehicle.target else 'no autopilot has been heard'
         return f'{what} ({self._link_problem})' if self._link_problem else what
 
@@ -134,6 +160,10 @@ class Companion:
     def commandable(self, now_s: float) -> bool:
         """Whether velocity setpoints reach the vehicle and are obeyed."""
         return self._pilot is not None and self.vehicle.connected(now_s) and self._pilot.commandable
+
+    def must_stream(self, now_s: float) -> bool:
+        """Whether zero velocity must be sent while there is no command: PX4 leaves OFFBOARD otherwise."""
+        return self._pilot is not None and self._pilot.streams and self.commandable(now_s)
 
     def setpoint(self, velocity_enu_m_s: Vector, yaw_rate_rad_s: float, now_s: float) -> Message | None:
         """A velocity setpoint, or None while it must not be sent."""
@@ -154,8 +184,3 @@ class Companion:
             vehicle.name, pilot.mode, connected, ready=pilot.ready, armed=vehicle.armed, in_air=vehicle.in_air,
             commandable=pilot.commandable, waiting_for=pilot.waiting_for, text=vehicle.text,
         )
-
-
-def settle(requests: Iterable[Request]) -> list[tuple[Request, Reply]]:
-    """The requests that have their reply."""
-    return [(request, request.reply) for request in requests if request.reply is not None]

@@ -43,7 +43,6 @@ class Request:
     begun_s: float
     altitude_m: float = 0.0
     reply: Reply | None = None
-    finished: bool = False
 
     def answer(self, accepted: bool, message: str) -> None:
         """Set the reply, once."""

@@ -22,7 +22,10 @@ class Stamper:
         self._last_ns = -1
 
     def stamp_ns(self, time_boot_ms: int, now_ns: int) -> int | None:
-        """The stamp of a message of `time_boot_ms` that arrived at `now_ns`, or None if it is a repetition or our clock has not begun."""
+        """The stamp of a message of `time_boot_ms` that arrived at `now_ns`.
+
+        None if it is a repetition or our clock has not begun.
+        """
         if now_ns <= 0:
             return None
         boot_ns = time_boot_ms * NS_PER_MS

@@ -138,6 +138,8 @@ class MavlinkBridge(Node):
             return
         command = self._commands.command(now_s)
         if command is None:
+            if self._companion.must_stream(now_s):
+                self._send(guard.ZERO, 0.0, now_s)
             return
         verdict = guard.check(command, self._position(now_s), self._limits)
         self._reason = verdict.reason
@@ -223,7 +225,8 @@ class MavlinkBridge(Node):
             f'waiting for {status.waiting_for}' if status.waiting_for else '', self._reason, fence,
         ) if text]
         level = diagnostics.ERROR if not status.connected else diagnostics.WARN if sentences else diagnostics.OK
-        self._diagnostics.set(level, '; '.join(sentences) or 'flying' if status.commandable else '; '.join(sentences) or 'ready', {
+        well = 'commands reach the vehicle' if status.commandable else 'ready'
+        self._diagnostics.set(level, '; '.join(sentences) or well, {
             'url': self.config.url, 'mode': status.mode, 'autopilot text': status.text,
             'bytes that were no MAVLink': self._link.bad_bytes, 'messages not sent': self._link.unsent,
             'messages refused for not being finite': self._companion.vehicle.refused_numbers,
@@ -231,8 +234,9 @@ class MavlinkBridge(Node):
 
     def close(self) -> None:
         """Stop the vehicle once if we were commanding it; the autopilot's time-out does the rest."""
-        if self._commands.command(time.monotonic()) is not None:
-            self._send(guard.ZERO, 0.0, time.monotonic())
+        now_s = time.monotonic()
+        if self._commands.command(now_s) is not None:
+            self._send(guard.ZERO, 0.0, now_s)
         self._link.close()
 
 

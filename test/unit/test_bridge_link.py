@@ -133,7 +133,9 @@ def test_a_port_in_use_is_one_sentence(opened: Callable[..., Link], kind: str, p
         Link(url)
 
 
-@pytest.mark.parametrize('url', ['', 'udpin', 'udpin:127.0.0.1', 'udpin:127.0.0.1:0', 'udpin:h:70000', 'ftp:127.0.0.1:1', 'tcp:h:x'])
+@pytest.mark.parametrize('url', [
+    '', 'udpin', 'udpin:127.0.0.1', 'udpin:127.0.0.1:0', 'udpin:h:70000', 'ftp:127.0.0.1:1', 'tcp:h:x',
+])
 def test_a_malformed_url_is_named_with_the_forms_that_work(url: str) -> None:
     with pytest.raises(InputError, match=r"^url is '.*'; it must be udpin:HOST:PORT"):
         Link(url)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 from advise_ros.mavlink.stamps import Stamper
 
 S = 1_000_000_000
@@ -12,7 +14,7 @@ def test_stamps_keep_the_autopilots_spacing_whatever_the_delay() -> None:
     stamper = Stamper(simulated=False)
     delays_ms = (3, 40, 1, 700, 2)
     stamps = [stamper.stamp_ns(5000 + 50 * i, 100 * S + 50 * i * MS + d * MS) for i, d in enumerate(delays_ms)]
-    assert [b - a for a, b in zip(stamps, stamps[1:], strict=False)] == [50 * MS] * 4
+    assert [b - a for a, b in pairwise(stamps)] == [50 * MS] * 4
     assert stamps[0] == 100 * S + 3 * MS
 
 

@@ -1,0 +1,93 @@
+"""The companion's side of PX4, in simulated time against a scripted one, through real frames."""
+
+from __future__ import annotations
+
+import pytest
+
+from advise_ros.mavlink import messages as mav
+from advise_ros.mavlink.requests import Goal
+from support.companion_flight import Flight
+from support.scripted_px4 import LAND, LOITER, OFFBOARD, ScriptedPx4
+
+
+class StreamingFlight(Flight):
+    """A flight whose owner keeps the stream alive, as the bridge's timer does."""
+
+    copter: ScriptedPx4
+
+    def tick(self) -> None:
+        super().tick()
+        if self.companion.must_stream(self.now_s):
+            setpoint = self.companion.setpoint((0.0, 0.0, 0.0), 0.0, self.now_s)
+            assert setpoint is not None
+            self.copter.receive(setpoint)
+
+
+def test_streams_before_offboard_and_climbs_by_velocity() -> None:
+    flight = StreamingFlight(ScriptedPx4())
+    flight.until(lambda: flight.status.ready)
+    request = flight.ask(Goal.TAKEOFF, 5.0)
+    flight.until(lambda: flight.status.commandable)
+    assert request.reply is not None and request.reply.accepted
+    assert flight.copter.asked_without_stream == 0
+    assert flight.copter.altitude_m == pytest.approx(5.0, abs=0.35)
+    assert mav.CMD_TAKEOFF not in flight.copter.commands
+    assert (flight.status.autopilot, flight.status.mode) == ('px4', 'OFFBOARD')
+    assert {m.type_mask for m in flight.copter.setpoints} == {0x05C7}
+
+
+def test_the_stream_never_pauses_in_offboard() -> None:
+    flight = StreamingFlight(ScriptedPx4())
+    flight.fly()
+    flight.run(30.0)
+    assert flight.copter.mode == OFFBOARD
+    assert flight.status.commandable
+
+
+def test_waits_for_readiness_in_words() -> None:
+    flight = StreamingFlight(ScriptedPx4(ready=False, silent={mav.LOCAL_POSITION_NED}))
+    flight.run(1.0)
+    request = flight.ask(Goal.TAKEOFF)
+    flight.run(1.0)
+    assert request.reply is not None
+    assert request.reply.message == 'take-off begins when the autopilot is ready; still waiting for: position, pre-arm check'
+    assert not flight.copter.setpoints
+    flight.copter.ready = True
+    flight.copter.silent.clear()
+    flight.until(lambda: flight.status.commandable)
+
+
+def test_a_mode_of_somebody_elses_ends_the_stream() -> None:
+    flight = StreamingFlight(ScriptedPx4())
+    flight.fly()
+    flight.copter.mode, flight.copter.wants_offboard = LOITER, False
+    flight.run(1.0)
+    before = len(flight.copter.setpoints)
+    flight.run(10.0)
+    assert len(flight.copter.setpoints) == before
+    assert 'LOITER was set by someone else or a failsafe' in flight.status.waiting_for
+    request = flight.ask(Goal.TAKEOFF)
+    flight.until(lambda: flight.status.commandable)
+    assert request.reply is not None and 'in the air already' in request.reply.message
+
+
+def test_lands_without_a_stream() -> None:
+    flight = StreamingFlight(ScriptedPx4())
+    flight.fly()
+    flight.ask(Goal.LAND)
+    flight.until(lambda: not flight.status.armed)
+    before = len(flight.copter.setpoints)
+    assert flight.copter.mode == LAND
+    flight.run(3.0)
+    assert len(flight.copter.setpoints) == before
+    assert flight.status.waiting_for == ''
+
+
+def test_a_refused_arming_is_told() -> None:
+    flight = StreamingFlight(ScriptedPx4(refuse={mav.CMD_ARM: 'Arming denied: Resolve system health failures'}))
+    flight.until(lambda: flight.status.ready)
+    request = flight.ask(Goal.TAKEOFF)
+    flight.run(5.0)
+    assert request.reply is not None
+    assert 'Arming denied: Resolve system health failures' in request.reply.message
+    assert not flight.status.armed
