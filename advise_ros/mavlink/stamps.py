@@ -4,6 +4,8 @@ from __future__ import annotations
 
 NS_PER_MS = 1_000_000
 DEVIATION_NS = 1_000_000_000
+# Simulated time runs many times faster than messages travel: a busy moment looks like a minute.
+SIMULATED_DEVIATION_NS = 60_000_000_000
 # A busy moment delays a few messages; a clock that was set keeps its distance.
 DEVIATIONS = 5
 
@@ -11,8 +13,9 @@ DEVIATIONS = 5
 class Stamper:
     """Autopilot time plus an offset to our clock that is fixed at the first message.
 
-    The offset is fixed anew when the two clocks stay more than 1 s apart: the autopilot rebooted, or our
-    clock was set. An offset below 1 s is taken for 0 when `simulated`: the simulator gives us the same time.
+    The offset is fixed anew when the two clocks stay more than 1 s apart (60 s when `simulated`): the
+    autopilot rebooted, or our clock was set. An offset below that is taken for 0 when `simulated`: the
+    simulator gives us the same time.
     """
 
     def __init__(self, *, simulated: bool) -> None:
@@ -20,6 +23,11 @@ class Stamper:
         self._offset_ns: int | None = None
         self._deviations = 0
         self._last_ns = -1
+
+    @property
+    def newest_ns(self) -> int:
+        """The last stamp given, -1 before the first."""
+        return self._last_ns
 
     def stamp_ns(self, time_boot_ms: int, now_ns: int) -> int | None:
         """The stamp of a message of `time_boot_ms` that arrived at `now_ns`.
@@ -38,13 +46,14 @@ class Stamper:
         return stamp
 
     def _deviates(self, boot_ns: int, now_ns: int) -> bool:
-        far = abs(boot_ns + (self._offset_ns or 0) - now_ns) > DEVIATION_NS
+        limit_ns = SIMULATED_DEVIATION_NS if self._simulated else DEVIATION_NS
+        far = abs(boot_ns + (self._offset_ns or 0) - now_ns) > limit_ns
         self._deviations = self._deviations + 1 if far else 0
         return self._deviations >= DEVIATIONS
 
     def _fix(self, boot_ns: int, now_ns: int) -> None:
         offset = now_ns - boot_ns
-        self._offset_ns = 0 if self._simulated and abs(offset) <= DEVIATION_NS else offset
+        self._offset_ns = 0 if self._simulated and abs(offset) <= SIMULATED_DEVIATION_NS else offset
         self._deviations = 0
         if boot_ns + self._offset_ns + DEVIATION_NS < self._last_ns:
             self._last_ns = -1  # Our clock was set back: stamps go back with it.

@@ -16,8 +16,8 @@ README = (ROOT / 'README.md').read_text(encoding='utf-8')
 
 
 def test_parameter_tables_are_those_of_the_configuration() -> None:
-    done = subprocess.run([sys.executable, ROOT / 'scripts' / 'parameter_tables.py', '--check'], check=False)
-    assert done.returncode == 0, 'run ./advise python scripts/parameter_tables.py'
+    done = subprocess.run([sys.executable, ROOT / 'tools' / 'parameter_tables.py', '--check'], check=False)
+    assert done.returncode == 0, 'run ./advise python tools/parameter_tables.py'
 
 
 def test_grid_example_is_a_grid(tmp_path: Path) -> None:
