@@ -1,0 +1,63 @@
+"""k-means over action distributions: labels, guards and splits."""
+
+from __future__ import annotations
+
+import warnings
+
+import numpy as np
+import pytest
+from support.learning import CORRIDOR, ROUND_TRIP
+
+from advise_ros.core.clusters import NO_CLUSTER, canonical, cluster_states, k_means, split, structure
+from advise_ros.core.mdp import occurring
+
+UNIFORM = np.full((ROUND_TRIP.n_states, 4), 0.25)
+
+
+def test_well_separated_groups_are_found_and_numbered_by_their_first_member() -> None:
+    points = np.vstack([np.tile([0.0, 1.0], (5, 1)), np.tile([1.0, 0.0], (3, 1))])[[5, 0, 6, 1, 2, 7, 3, 4]]
+    points += np.random.default_rng(0).normal(scale=0.01, size=points.shape)
+    assert canonical(k_means(points, 2, 0)).tolist() == [0, 1, 0, 1, 1, 0, 1, 1]
+
+
+def test_fewer_distinct_points_than_clusters_make_fewer_clusters_in_silence() -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter('error')
+        labels = cluster_states(ROUND_TRIP, UNIFORM, 0.0, 10, 0)
+    assert set(labels[occurring(ROUND_TRIP)]) == {0}
+
+
+def test_states_in_which_no_flight_acts_have_no_cluster() -> None:
+    labels = cluster_states(ROUND_TRIP, UNIFORM, 1.0, 5, 0)
+    assert np.array_equal(labels == NO_CLUSTER, ~occurring(ROUND_TRIP))
+    assert set(labels) == {NO_CLUSTER, 0, 1, 2, 3, 4}
+
+
+def test_every_seed_gives_its_own_clusters_again() -> None:
+    distribution = np.random.default_rng(0).dirichlet(np.ones(4), ROUND_TRIP.n_states)
+    first = cluster_states(ROUND_TRIP, distribution, 0.5, 6, 3)
+    assert np.array_equal(first, cluster_states(ROUND_TRIP, distribution.copy(), 0.5, 6, 3))
+
+
+def test_a_waypoint_counts_as_much_as_the_width_of_the_grid() -> None:
+    rows = structure(ROUND_TRIP)
+    west, east, next_layer = rows[0], rows[3], rows[16]
+    assert np.linalg.norm(west - east) == pytest.approx(1.0)
+    assert np.linalg.norm(west - next_layer) == pytest.approx(1.0)
+    assert np.isfinite(structure(CORRIDOR)).all()
+
+
+def test_a_mixed_cluster_is_halved_and_its_half_again() -> None:
+    labels = cluster_states(ROUND_TRIP, UNIFORM, 0.0, 1, 0)
+    whole = tuple(np.flatnonzero(labels == 0).tolist())
+    halves = split(ROUND_TRIP, labels, [whole], 0)
+    assert set(halves) == {NO_CLUSTER, 0, 1}
+    half = tuple(np.flatnonzero(halves == 0).tolist())
+    quarters = split(ROUND_TRIP, labels, [half, whole], 0)
+    assert set(quarters) == {NO_CLUSTER, 0, 1, 2}
+    assert np.array_equal(quarters, split(ROUND_TRIP, labels, [whole, half], 0))
+
+
+def test_an_answer_about_clusters_of_before_splits_nothing() -> None:
+    labels = cluster_states(ROUND_TRIP, UNIFORM, 1.0, 4, 0)
+    assert np.array_equal(split(ROUND_TRIP, labels, [(1, 2, 40)], 0), labels)
