@@ -98,7 +98,7 @@ def stamp_doubt(stamp_ns: int, newest_ns: int, now_ns: int) -> str:
     if stamp_ns <= 0:
         return ''
     if now_ns > 0 and stamp_ns > now_ns + FUTURE_NS:
-        return f'its stamp is {(stamp_ns - now_ns) / 1e9:.1f} s in the future'
+        return f'its stamp is {(stamp_ns - now_ns) / 1e9:.1f} s in the future; is use_sim_time the same everywhere?'
     if stamp_ns + BACKWARD_NS < newest_ns:
         return f'its stamp is {(newest_ns - stamp_ns) / 1e9:.1f} s before that of another command; let one node fly at a time'
     return ''

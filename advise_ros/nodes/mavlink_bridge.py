@@ -36,9 +36,10 @@ class MavlinkBridge(Node):
     """MAVLink <-> ROS for one autopilot, and the last guard before the vehicle.
 
     Publishes `pose` (PoseStamped, ENU, frame map), `vehicle_status` and `battery_state`. Flies `cmd_vel`
-    (TwistStamped, frame map) as velocity setpoints while the vehicle is in the air in GUIDED mode; every
-    command passes the guard first (frame, numbers, age, speed, fence). A stale command becomes zero
-    velocity. A mode that somebody else sets is respected: nothing is sent until take-off is asked again.
+    (TwistStamped, frame map) as velocity setpoints while the vehicle is in the air in GUIDED (ArduPilot) or
+    OFFBOARD (PX4); every command passes the guard first (frame, numbers, age, speed, fence). A stale command
+    becomes zero velocity. A mode that somebody else sets is respected: nothing is sent until take-off is
+    asked again. Time-outs are in real seconds, also when a simulation runs faster.
 
     Services: `mavlink_bridge/arm` (std_srvs/SetBool), `mavlink_bridge/takeoff` and `mavlink_bridge/land`
     (std_srvs/Trigger). They begin the action and say at once whether the autopilot accepts, in its words;
@@ -65,6 +66,8 @@ class MavlinkBridge(Node):
         self._status: Status | None = None
         self._status_s = -math.inf
         self._reason = ''
+        self._diagnosed: tuple[Status, str] | None = None
+        self._diagnosed_s = -math.inf
         self._wake = self.create_guard_condition(self._on_link)
         self._link = Link(
             self.config.url, baud=self.config.baud, system_id=self.config.system_id,
@@ -127,7 +130,9 @@ class MavlinkBridge(Node):
     # -- commands ----------------------------------------------------------------------------
     def _on_command(self, message: TwistStamped) -> None:
         now_s = time.monotonic()
-        self._commands.put(message, now_s, self.get_clock().now().nanoseconds)
+        # A simulated clock that runs fast may lag behind the poses that commands are stamped with.
+        now_ns = max(self.get_clock().now().nanoseconds, self._stamper.newest_ns)
+        self._commands.put(message, now_s, now_ns)
         self._command(now_s)
 
     def _command(self, now_s: float) -> None:
@@ -217,9 +222,10 @@ class MavlinkBridge(Node):
         self._vehicle_status.publish(message)
 
     def _diagnose(self) -> None:
-        status = self._status
-        if status is None:
+        status, now_s = self._status, time.monotonic()
+        if status is None or ((status, self._reason) == self._diagnosed and now_s - self._diagnosed_s < STATUS_PERIOD_S):
             return
+        self._diagnosed, self._diagnosed_s = (status, self._reason), now_s
         fence = '' if self._limits.fence else 'the fence is off (no grid_file)'
         sentences = [text for text in (
             f'waiting for {status.waiting_for}' if status.waiting_for else '', self._reason, fence,

@@ -84,7 +84,7 @@ def test_the_fence_stands_around_the_grid() -> None:
 
 @pytest.mark.parametrize(('stamp_s', 'newest_s', 'words'), [
     (0.0, 50.0, ''), (100.0, 100.4, ''), (103.0, 0.0, ''),
-    (110.0, 0.0, 'its stamp is 10.0 s in the future'),
+    (110.0, 0.0, 'its stamp is 10.0 s in the future; is use_sim_time the same everywhere?'),
     (90.0, 100.0, 'its stamp is 10.0 s before that of another command; let one node fly at a time'),
 ])
 def test_stamps_from_the_future_or_the_past(stamp_s: float, newest_s: float, words: str) -> None:
