@@ -192,6 +192,8 @@ class Session:
             return Fault(Code.UNKNOWN_QUERY, f'query {number} was never asked; {hint}')
         if any(record.query_id == number for record in active(self._log)):
             return Fault(Code.ALREADY_ANSWERED, f'query {number} was answered before; {hint}')
+        if self.budget_left == 0:
+            return Fault(Code.BUDGET_SPENT, f'all {self.budget} answers of the budget are given; take one back first')
         return Fault(Code.STALE_QUERY, f'query {number} was replaced or its answer taken back; {hint}')
 
     def _too_many(self, answer: Answer) -> Fault | None:

@@ -37,9 +37,9 @@ def query_to_msg(query: Query, grid: Grid, stamp_ns: int) -> msg.AdviceQuery:
     out = _query_frame(grid, query.policy_version, stamp_ns)
     out.query_id = query.query_id
     out.states = list(query.states)
-    out.uncertainty = query.uncertainty
-    out.demonstration_uncertainty = query.demonstration_uncertainty
-    out.policy_uncertainty = query.policy_uncertainty
+    out.uncertainty = float(np.float32(query.uncertainty))
+    out.demonstration_uncertainty = float(np.float32(query.demonstration_uncertainty))
+    out.policy_uncertainty = float(np.float32(query.policy_uncertainty))
     out.demonstrated, out.policy = _float32(query.demonstrated), _float32(query.policy)
     out.answered_before = list(query.answered_before)
     out.budget_left = query.budget_left
