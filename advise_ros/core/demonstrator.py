@@ -19,13 +19,13 @@ class Demonstrator:
     """Flies the route as a person who is often wrong.
 
     In `mistake_share` of the states the same wrong action is taken most of the time; elsewhere wrong
-    moves are random, so often that the share of wrong moves over all states is `noise_rate`. A wrong
-    move is one that brings the next waypoint no nearer; it stays on the grid and out of blocked cells.
+    moves are random, so often that the share of wrong moves is `noise_rate` over all states that have one.
+    A wrong move brings the next waypoint no nearer; it stays on the grid and out of blocked cells.
 
     Args:
         grid: the route.
         noise_rate: share of wrong moves, 0 to 1.
-        mistake_share: share of states with a systematic mistake, 0 to 1.
+        mistake_share: share of those states with a systematic mistake, 0 to 1.
         rng: of every random choice.
     """
 
