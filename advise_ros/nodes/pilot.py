@@ -109,7 +109,6 @@ class PilotNode(Node):
 
     def _enter(self, stage: Stage) -> None:
         if stage == Stage.FLYING:
-            self._gate.restart()
             self._pose_at_s = time.monotonic()
             choose = flight_choices(self._grid, self.config, self._mission.flight)
             self._flight = PilotFlight(self._grid, choose.action, self._settings, self.config.max_moves, self._home)
@@ -125,6 +124,8 @@ class PilotNode(Node):
 
     # -- flying ------------------------------------------------------------------------------
     def _on_pose(self, message: PoseStamped) -> None:
+        if self._flight is None:
+            self._gate.restart()
         pose = self._gate.take(message, self.get_clock().now().nanoseconds)
         if pose is None:
             return

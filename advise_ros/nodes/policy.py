@@ -16,7 +16,7 @@ from rclpy.task import Future
 from std_srvs.srv import Trigger
 
 from advise_msgs.action import Fly
-from advise_msgs.msg import FlightStatus, Policy, VehicleStatus
+from advise_msgs.msg import Policy, VehicleStatus
 from advise_ros.config import PolicyConfig
 from advise_ros.core.errors import InputError
 from advise_ros.core.mover import NS, Pose
@@ -29,8 +29,9 @@ from advise_ros.core.policy_flight import (
 from advise_ros.core.seeking import ZERO
 from advise_ros.recording.gridfile import load_grid
 from advise_ros.ros import parameters, qos, run
-from advise_ros.ros.convert import MAP_FRAME, grid_from_msg, stamp_from_ns
+from advise_ros.ros.convert import grid_from_msg
 from advise_ros.ros.diagnostics import OK, WARN, Diagnostics
+from advise_ros.ros.flight_teller import FlightTeller
 from advise_ros.ros.flying import (
     NEWEST_POSE,
     PoseGate,
@@ -40,6 +41,7 @@ from advise_ros.ros.flying import (
 
 # After a flight zero velocity is sent for this long, then nothing: another node may fly.
 HOLD_S = 1.0
+DIAGNOSE_TICKS = 5
 # A goal waits this long for a policy or a pose before it is refused.
 START_PATIENCE_S = 2.0
 
@@ -97,15 +99,13 @@ class PolicyNode(Node):
         self._flying: Flying | None = None
         self._waiting: list[_Waiting] = []
         self._hold_until_s = 0.0
-        self._status = FlightStatus()
-        self._status.header.frame_id = MAP_FRAME
-        self._told: tuple[object, ...] = ()
+        self._ticks = 0
         self._diagnostics = Diagnostics(self)
         self._make_entities()
 
     def _make_entities(self) -> None:
         self._commands = self.create_publisher(TwistStamped, 'cmd_vel', qos.COMMAND)
-        self._statuses = self.create_publisher(FlightStatus, 'policy/status', qos.latched())
+        self._teller = FlightTeller(self)
         self.create_subscription(Policy, 'advise/policy', self._on_policy, qos.latched())
         self.create_subscription(VehicleStatus, 'vehicle_status', self._on_vehicle, qos.latched())
         self.create_subscription(PoseStamped, 'pose', self._on_pose, NEWEST_POSE)
@@ -116,7 +116,6 @@ class PolicyNode(Node):
         )
         period_s = 1.0 / self.config.watchdog_rate_hz
         self.create_timer(period_s, self._on_watchdog, clock=Clock(clock_type=ClockType.STEADY_TIME))
-        self._publish_status(Phase.IDLE, '', 0)
 
     # -- what is flown -----------------------------------------------------------------------
     def _on_policy(self, message: Policy) -> None:
@@ -138,6 +137,8 @@ class PolicyNode(Node):
             self._end(Phase.STOPPED, f'the vehicle takes no commands any more ({mode})')
 
     def _on_pose(self, message: PoseStamped) -> None:
+        if self._flying is None:
+            self._gate.restart()
         pose = self._gate.take(message, self.get_clock().now().nanoseconds)
         if pose is None:
             return
@@ -153,9 +154,9 @@ class PolicyNode(Node):
         self._pose_missing = False
         if flight.phase.over:
             self._end(flight.phase, flight.message)
-        elif self._publish_status(flight.phase, flight.message, pose.stamp_ns):
-            feedback = Fly.Feedback(state=flight.state, next_waypoint=self._status.next_waypoint, steps=flight.steps)
-            flying.goal.publish_feedback(feedback)
+        elif self._teller.tell(flight, flight.phase, flight.message, pose.stamp_ns):
+            next_waypoint = self._teller.status.next_waypoint
+            flying.goal.publish_feedback(Fly.Feedback(state=flight.state, next_waypoint=next_waypoint, steps=flight.steps))
 
     def _end(self, phase: Phase, message: str) -> None:
         """Hold, tell, and let the action's result go out."""
@@ -165,16 +166,16 @@ class PolicyNode(Node):
         flying.flight.end(phase, message)
         if phase in (Phase.CANCELED, Phase.STOPPED):
             self._publish_zero()
-        self._publish_status(phase, message, self._pose.stamp_ns if self._pose else 0)
+        self._teller.tell(flying.flight, phase, message, self._pose.stamp_ns if self._pose else 0)
         self._flying, self._hold_until_s = None, time.monotonic() + HOLD_S
-        self.get_logger().info(f'flight {self._status.flight_id}: {phase.name}, {message}')
+        self.get_logger().info(f'flight {self._teller.status.flight_id}: {phase.name}, {message}')
         flying.ended.set_result(self._result(flying))
 
     def _result(self, flying: Flying) -> Fly.Result:
         flight = flying.flight
         until_ns = self._pose.stamp_ns if self._pose else flying.began_ns
         return Fly.Result(
-            success=flight.phase == Phase.SUCCEEDED, phase=int(flight.phase), flight_id=self._status.flight_id,
+            success=flight.phase == Phase.SUCCEEDED, phase=int(flight.phase), flight_id=self._teller.status.flight_id,
             policy_version=flying.policy_version, steps=flight.steps, waypoints_reached=flight.waypoints_reached,
             seconds=(until_ns - flying.began_ns) / NS, message=flight.message,
         )
@@ -220,18 +221,15 @@ class PolicyNode(Node):
         if not refusal:
             return GoalResponse.ACCEPT
         self.get_logger().warning(f'policy/fly is refused: {refusal}')
-        self._status.message = f'policy/fly was refused: {refusal}'
-        self._statuses.publish(self._status)
+        self._teller.refuse(f'policy/fly was refused: {refusal}')
         return GoalResponse.REJECT
 
     def _on_accepted(self, goal: ServerGoalHandle) -> None:
         assert self._policy is not None and self._pose is not None
         flight = PolicyFlight(self._plan_for(goal.request), self._settings)
         self._flying = Flying(flight, self._policy.version, self._pose.stamp_ns, goal, Future())
-        self._status.flight_id += 1
-        self._status.start_cell = goal.request.start_cell
         self._pose_missing = False
-        self._publish_status(flight.phase, '', self._pose.stamp_ns)
+        self._teller.begin(flight, self._policy.version, self._pose.stamp_ns)
         goal.execute()
 
     async def _execute(self, goal: ServerGoalHandle) -> Fly.Result:
@@ -257,7 +255,7 @@ class PolicyNode(Node):
             response.message = 'no flight was under way'
         else:
             self._end(Phase.STOPPED, 'stopped by policy/stop; the vehicle holds')
-            response.message = f'flight {self._status.flight_id} is stopped; the vehicle holds'
+            response.message = f'flight {self._teller.status.flight_id} is stopped; the vehicle holds'
         return response
 
     # -- steady time -------------------------------------------------------------------------
@@ -272,7 +270,9 @@ class PolicyNode(Node):
             if now_s > waiting.until_s or not self._missing(waiting.goal):
                 waiting.over.set_result(None)
         self._waiting = [waiting for waiting in self._waiting if not waiting.over.done()]
-        self._diagnose(now_s)
+        self._ticks += 1
+        if self._ticks % DIAGNOSE_TICKS == 0:
+            self._diagnose(now_s)
 
     def _say_pose_missing(self, flying: Flying) -> None:
         if self._pose_missing:
@@ -280,36 +280,19 @@ class PolicyNode(Node):
         self._pose_missing = True
         reason = self._gate.problem or f'no pose for {self.config.pose_timeout_s:g} s'
         assert self._pose is not None
-        self._publish_status(flying.flight.phase, f'holding: {reason}', self._pose.stamp_ns)
+        self._teller.tell(flying.flight, flying.flight.phase, f'holding: {reason}', self._pose.stamp_ns)
 
     def _publish_zero(self) -> None:
         stamp_ns = between_poses_ns(self.get_clock().now().nanoseconds)
         self._commands.publish(velocity_command(ZERO, stamp_ns))
-
-    def _publish_status(self, phase: Phase, message: str, stamp_ns: int) -> bool:
-        """Publish when anything changed; `stamp_ns` is that of the last pose flown by."""
-        status = self._status
-        status.phase, status.message = int(phase), message
-        if self._flying is not None:
-            flight = self._flying.flight
-            status.policy_version = self._flying.policy_version
-            status.state, status.steps, status.step_budget = flight.state, flight.steps, flight.step_budget
-            status.next_waypoint = flight.plan.grid.next_waypoint(flight.state)
-        told = (status.flight_id, status.phase, status.message, status.state, status.steps, status.step_budget)
-        if told == self._told:
-            return False
-        self._told = told
-        status.header.stamp = stamp_from_ns(stamp_ns)
-        self._statuses.publish(status)
-        return True
 
     def _diagnose(self, now_s: float) -> None:
         stale = now_s - self._pose_at_s > self.config.pose_timeout_s
         waits = [self._policy_problem, (self._gate.problem or 'no pose arrives') if stale else self._gate.problem]
         said = '; '.join(text for text in waits if text)
         values = {
-            'phase': Phase(self._status.phase).name, 'policy version': self._policy.version if self._policy else 0,
-            'flights': self._status.flight_id, 'poses refused': self._gate.refused,
+            'phase': Phase(self._teller.status.phase).name, 'policy version': self._policy.version if self._policy else 0,
+            'flights': self._teller.status.flight_id, 'poses refused': self._gate.refused,
         }
         self._diagnostics.set(WARN if said else OK, said or ('flying' if self._flying else 'ready to fly'), values)
 

@@ -91,6 +91,7 @@ class TeleopNode(Node):
         self._vehicle = message
 
     def _on_pose(self, message: PoseStamped) -> None:
+        self._gate.restart()  # Poses are only shown: their order does not matter.
         pose = self._gate.take(message, self.get_clock().now().nanoseconds)
         if pose is not None:
             self._pose = pose
@@ -154,7 +155,8 @@ class TeleopNode(Node):
             return
         self._shown_s = now_s
         held = self._stick.held(now_s)
-        parts = [self._where(), held.value if held else 'hold', self._vehicle_text(), 'RECORDING' if self._recording else '', self._said]
+        recording = 'RECORDING' if self._recording else ''
+        parts = [self._where(), held.value if held else 'hold', self._vehicle_text(), recording, self._said]
         self._terminal.show(' | '.join(part for part in parts if part))
         self._diagnostics.set(WARN if self._gate.problem else OK, self._gate.problem or self._vehicle_text())
 
@@ -177,7 +179,9 @@ class TeleopNode(Node):
             return 'no vehicle_status'
         if vehicle.commandable:
             return 'flying'
-        return vehicle.waiting_for or ('in the air, takes no commands' if vehicle.in_air else 'ready, t takes off' if vehicle.ready else 'not ready')
+        if vehicle.in_air:
+            return vehicle.waiting_for or 'in the air, takes no commands'
+        return 'ready, t takes off' if vehicle.ready else vehicle.waiting_for or 'not ready'
 
 
 def main() -> None:

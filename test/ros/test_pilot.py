@@ -3,12 +3,12 @@
 from pathlib import Path
 
 import yaml
-from support.graph import Graph
-from support.mock_bridge import MockBridge
-from support.policies import square
 
 from advise_ros.core.grid import Grid
 from advise_ros.recording.gridfile import grid_to_mapping
+from support.graph import Graph
+from support.mock_bridge import MockBridge
+from support.policies import square
 
 
 def grid_file(folder: Path, grid: Grid) -> str:

@@ -1,13 +1,13 @@
 """The policy node against a vehicle of plain arithmetic."""
 
 from action_msgs.msg import GoalStatus
-from support.graph import Graph
-from support.mock_bridge import MockBridge
-from support.policies import best, policy_message, square
 
 from advise_msgs.action import Fly
 from advise_msgs.msg import FlightStatus, Policy
 from advise_ros.ros import qos
+from support.graph import Graph
+from support.mock_bridge import MockBridge
+from support.policies import best, policy_message, square
 
 
 def publish_policy(graph: Graph, message: Policy) -> None:

@@ -11,12 +11,12 @@ from pathlib import Path
 import pytest
 import yaml
 from std_srvs.srv import Trigger
+
+from advise_ros.recording.gridfile import grid_to_mapping
 from support.graph import Graph
 from support.mock_bridge import MockBridge
 from support.policies import square
 from support.processes import executable, ros_arguments
-
-from advise_ros.recording.gridfile import grid_to_mapping
 
 UP, RIGHT = b'\x1b[A', b'\x1bOC'
 

@@ -1,0 +1,51 @@
+"""policy/status: published at every change, never twice the same."""
+
+from __future__ import annotations
+
+from rclpy.node import Node
+
+from advise_msgs.msg import FlightStatus
+from advise_ros.core.policy_flight import Phase, PolicyFlight
+from advise_ros.ros import qos
+from advise_ros.ros.convert import MAP_FRAME, stamp_from_ns
+
+
+class FlightTeller:
+    """Keeps and publishes the status of the present or the last flight.
+
+    Attributes:
+        status: as last published.
+    """
+
+    def __init__(self, node: Node) -> None:
+        self.status = FlightStatus()
+        self.status.header.frame_id = MAP_FRAME
+        self._told: tuple[object, ...] = ()
+        self._publisher = node.create_publisher(FlightStatus, 'policy/status', qos.latched())
+        self._publisher.publish(self.status)
+
+    def begin(self, flight: PolicyFlight, policy_version: int, stamp_ns: int) -> None:
+        """A new flight; `stamp_ns` is that of the last pose before it."""
+        self.status.flight_id += 1
+        self.status.policy_version = policy_version
+        self.status.start_cell = flight.plan.start_cell
+        self.tell(flight, flight.phase, '', stamp_ns)
+
+    def tell(self, flight: PolicyFlight, phase: Phase, message: str, stamp_ns: int) -> bool:
+        """Publish when anything changed; `stamp_ns` is that of the last pose flown by."""
+        status = self.status
+        told = (status.flight_id, phase, message, flight.state, flight.steps, flight.step_budget)
+        if told == self._told:
+            return False
+        self._told = told
+        status.phase, status.message = int(phase), message
+        status.state, status.steps, status.step_budget = flight.state, flight.steps, flight.step_budget
+        status.next_waypoint = flight.plan.grid.next_waypoint(flight.state)
+        status.header.stamp = stamp_from_ns(stamp_ns)
+        self._publisher.publish(status)
+        return True
+
+    def refuse(self, message: str) -> None:
+        """Say why no flight began; the rest of the status stands."""
+        self.status.message = message
+        self._publisher.publish(self.status)
