@@ -105,7 +105,7 @@ def _parser() -> argparse.ArgumentParser:
         epilog=EPILOG, formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument('bag', metavar='BAG', help='a bag directory or an .mcap file by logger')
-    parser.add_argument('--json', metavar='FILE', help="write the verdict as JSON to this file, '-': to the terminal in place of the table")
+    parser.add_argument('--json', metavar='FILE', help="write the verdict as JSON too; '-': to the terminal, and no table")
     parser.add_argument('--grid', metavar='FILE', help='the grid file that the session must have been flown on')
     parser.add_argument('--namespace', metavar='NAME', help='of the session, where the bag holds several')
     return parser

@@ -104,7 +104,7 @@ class Logger(Node):
 
     def _report(self) -> None:
         problems = self._incoming.problems
-        values = {'messages': self._writer.message_count, 'topics': len(self._channels)}
+        values = self._writer.counts
         if problems:
             self._diagnostics.set(diagnostics.WARN, next(iter(problems.values())), values)
         else:

@@ -90,7 +90,7 @@ class Codec:
         for padding in range(0, MAX_PADDING + 1, 4):
             try:
                 return self.store.deserialize_cdr(data[: len(data) - padding], type_name)
-            except Exception as problem:  # rosbags lets many types through for damaged bytes
+            except Exception as problem:  # noqa: BLE001  rosbags lets many types through for damaged bytes
                 reason = problem
         raise LogError(f'a message of type {type_name} does not fit its definition ({reason})') from reason
 

@@ -102,8 +102,9 @@ class BagWriter:
         return self.directory / f'{self.directory.name}_0.mcap'
 
     @property
-    def message_count(self) -> int:
-        return self._span.count
+    def counts(self) -> dict[str, int]:
+        """Topic -> messages written."""
+        return {channel.topic: channel.count for channel in self._channels.values()}
 
     def add_topic(self, topic: str, definition: Definition, qos: Sequence[Qos] = ()) -> int:
         """Open a channel; returns its id. One channel a topic: call it once for each."""
@@ -182,7 +183,9 @@ def _make(directory: Path) -> None:
     try:
         directory.mkdir(parents=True)
     except OSError as problem:
-        raise InputError(f'bag {str(directory)!r} cannot be made: {problem.strerror}; name a directory that you may write') from problem
+        raise InputError(
+            f'bag {str(directory)!r} cannot be made: {problem.strerror}; name a directory that you may write'
+        ) from problem
 
 
 def _topic_information(channel: _Channel) -> dict[str, Any]:

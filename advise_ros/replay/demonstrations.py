@@ -7,7 +7,8 @@ from typing import Any
 from advise_ros.config import RecorderConfig
 from advise_ros.core.demonstration import Demonstration, EndReason
 from advise_ros.core.discretise import discretise
-from advise_ros.core.flights import Flight, split
+from advise_ros.core.flights import Flight, split, why_not
+from advise_ros.core.grid import Grid
 from advise_ros.replay.session import Recorded, RecordedSession
 from advise_ros.replay.stage import Comparison, Stage, at
 from advise_ros.ros import convert
@@ -52,18 +53,18 @@ def _windows(session: RecordedSession, config: RecorderConfig, flown: list[Recor
     stage = Stage('flight windows')
     grid = convert.grid_from_msg(flown[0].value.grid)
     flights = split(grid, session.recording, config.altitude_tolerance_m)
-    cut = {flight: _cut(session, config, flown[0].value, flight) for flight in flights}
-    windows = {demonstration.window_ns[0]: demonstration for demonstration in cut.values()}
+    cut = [_cut(session, config, grid, flight) for flight in flights]
+    windows = {demonstration.window_ns[0]: demonstration for demonstration in cut}
     for one in flown:
         published = convert.demonstration_from_msg(one.value)
         stage.count(_window_difference(one, published, windows.get(published.window_ns[0]), flights))
-    if len(flights) > len(flown):
-        stage.notes.append(f'{len(flights) - len(flown)} flights have no demonstration: discarded, or no move was seen')
+    without = sum(not why_not(demonstration, manual=False) for demonstration in windows.values()) - len(flown)
+    if without > 0:
+        stage.notes.append(f'{without} flights along the route have no demonstration: they were discarded')
     return stage
 
 
-def _cut(session: RecordedSession, config: RecorderConfig, value: Any, flight: Flight) -> Demonstration:
-    grid = convert.grid_from_msg(value.grid)
+def _cut(session: RecordedSession, config: RecorderConfig, grid: Grid, flight: Flight) -> Demonstration:
     return discretise(grid, session.recording, flight.window_ns, config.discretise_settings(), '', flight.end_reason)
 
 

@@ -12,10 +12,10 @@ from mcap.records import Channel, Metadata, Schema
 from mcap.records import Message as McapMessage
 from mcap.stream_reader import StreamReader
 from mcap.writer import Writer
-from support.session_bag import GRID, SessionBag, session_bag
 
 from advise_ros.commands import replay
 from advise_ros.recording.gridfile import grid_to_mapping
+from support.session_bag import GRID, SessionBag, session_bag
 
 Tamper = Callable[[SessionBag], None]
 
@@ -110,7 +110,7 @@ TAMPERED = [
     (drop('/advise/advice_log', 0), 'policies', r'log_length is 1, expected at most 0'),
     (change('/advise/advice_log', 0, 'preferred', 0, 2), 'policies', r'/advise/policy at [\d.]+: \S+ is .*, expected'),
     (drop('/advise/query', 1), 'queries', r'/advise/query at [\d.]+: nothing, expected query \d'),
-    (change('/advise/query', 2, 'question', None, 'Why?'), 'queries', r"/advise/query at [\d.]+: question is 'Why\?', expected '"),
+    (change('/advise/query', 2, 'question', None, 'Why?'), 'queries', r"question is 'Why\?', expected '"),
     (change('/advise/query', 1, 'query_id', None, 7), 'queries', r'query_id is 7, expected 2'),
     (nudge_pose_of_the_policy, 'commands', r'/cmd_vel at [\d.]+: twist.linear.\w is \S+, expected \S+'),
     (faster_command, 'commands', r'/cmd_vel at [\d.]+: twist.linear.x is \S+, expected \S+'),

@@ -4,7 +4,6 @@ import resource
 from pathlib import Path
 
 import pytest
-from advise_msgs.msg import LearnerStatus
 from geometry_msgs.msg import PoseStamped
 from mcap.reader import make_reader
 from mcap.records import Message
@@ -22,6 +21,7 @@ from rosbags.interfaces import (
 from rosbags.typesys import Stores, get_typestore
 from ruamel.yaml import YAML
 
+from advise_msgs.msg import LearnerStatus
 from advise_ros.core.errors import InputError, LogError
 from advise_ros.recording import platform
 from advise_ros.recording.definitions import definition

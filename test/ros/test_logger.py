@@ -1,0 +1,210 @@
+"""The logger beside real publishers: nothing lost, profiles kept, clean ends, and no harm to others."""
+
+import json
+import signal
+from collections.abc import Callable, Iterator
+from contextlib import suppress
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import pytest
+from builtin_interfaces.msg import Time
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from geometry_msgs.msg import PoseStamped
+from mcap.exceptions import EndOfFile
+from mcap.records import McapRecord, Message
+from mcap.stream_reader import StreamReader
+from rclpy.qos import QoSProfile
+from rosbags.highlevel import AnyReader
+from rosbags.interfaces import QosDurability, QosReliability
+from rosgraph_msgs.msg import Clock
+from std_msgs.msg import String
+
+from advise_msgs.msg import LearnerStatus
+from advise_ros.recording.messages import Bag
+from advise_ros.ros import qos
+from support.graph import Graph
+from support.processes import Process, executable, ros_arguments
+
+ANY = ['geometry_msgs/msg/PoseStamped', 'advise_msgs/msg/LearnerStatus', 'std_msgs/msg/String']
+
+
+def start(graph: Graph, bag: Path, **more: Any) -> Process:
+    """A logger that is up: it tells of itself."""
+    params = {'bag': str(bag), 'flush_s': 0.1, **more.pop('params', {})}
+    logger = graph.start('logger', params=params, **more)
+    graph.wait_for('/diagnostics', DiagnosticArray, lambda m: says(m, 'recording into'))
+    return logger
+
+
+def says(array: DiagnosticArray, words: str) -> bool:
+    return any(status.name.endswith('/logger') and words in status.message for status in array.status)
+
+
+def pose(number: int) -> PoseStamped:
+    message = PoseStamped()
+    message.header.frame_id, message.header.stamp.sec = 'map', number
+    return message
+
+
+def poses(graph: Graph, numbers: range) -> None:
+    """Publish poses with these numbers as stamps, after some with number 0 that make sure of the connection."""
+    publisher = graph.publisher('pose', PoseStamped, qos.SENSOR)
+    until(graph, lambda: publisher.publish(pose(0)), lambda counts: counts.get('/pose', 0) > 0)
+    for number in numbers:
+        publisher.publish(pose(number))
+
+
+def until(graph: Graph, act: Callable[[], None], enough: Callable[[dict[str, int]], bool]) -> None:
+    """Do something again and again until the logger's counts by topic are enough."""
+    heard = graph.listen('/diagnostics', DiagnosticArray)
+
+    def done() -> bool:
+        act()
+        status = next((s for array in reversed(heard) for s in array.status if s.name.endswith('/logger')), None)
+        return status is not None and enough({pair.key: int(pair.value) for pair in status.values})
+
+    graph.wait_until(done, what='the logger to count its messages')
+
+
+def recorded(graph: Graph, topic: str, count: int) -> None:
+    """Wait until the logger says that it has so many messages of a topic."""
+    until(graph, lambda: None, lambda counts: counts.get(topic, 0) >= count)
+
+
+def stop(logger: Process) -> int:
+    logger.signal(signal.SIGINT)
+    return logger.wait_exit()
+
+
+def numbers(bag: Bag, topic: str) -> list[int]:
+    """Numbers of the poses but those that made sure of the connection."""
+    stamps = [bag.decode(message).header.stamp.sec for message in bag.on(topic)]
+    return [number for number in stamps if number]
+
+
+def test_a_session_is_recorded_whole(graph: Graph, tmp_path: Path) -> None:
+    """Latched messages from before, poses, profiles and the parameters of nodes; SIGINT ends it."""
+    graph.node.create_publisher(LearnerStatus, 'advise/status', qos.latched()).publish(LearnerStatus(message='before'))
+    expert = graph.start('guard')
+    logger = start(graph, tmp_path / 'bag')
+    poses(graph, range(1, 101))
+    recorded(graph, '/pose', 101)
+    recorded(graph, '/advise/status', 1)
+    graph.wait_until(lambda: b'parameters /guard' in (tmp_path / 'bag' / 'bag_0.mcap').read_bytes())
+    assert expert.running
+    assert stop(logger) == 0
+    bag = Bag(tmp_path / 'bag', ANY)
+    assert numbers(bag, '/pose') == list(range(1, 101))
+    assert [bag.decode(message).message for message in bag.on('/advise/status')] == ['before']
+    assert '/clock' not in bag.topics and '/parameter_events' not in bag.topics
+    records = {record.name: record.values for record in bag.records}
+    assert json.loads(records['parameters /guard']['max_speed_m_s']) == 3.0
+    assert json.loads(records['parameters /logger']['bag']) == str(tmp_path / 'bag')
+    assert records['platform']['numpy']
+    with AnyReader([tmp_path / 'bag']) as reader:
+        for connection, _, raw in reader.messages():
+            reader.deserialize(raw, connection.msgtype)
+        offered = {connection.topic: connection.ext.offered_qos_profiles[0] for connection in reader.connections}
+    assert offered['/advise/status'].durability is QosDurability.TRANSIENT_LOCAL
+    assert offered['/pose'].reliability is QosReliability.BEST_EFFORT
+
+
+def test_topics_by_pattern_that_appear_later(graph: Graph, tmp_path: Path) -> None:
+    """In the logger's namespace; what does not match and types that are not installed stay out."""
+    logger = start(graph, tmp_path / 'bag', params={'topics': 'words/*, /elsewhere'}, namespace='/drone')
+    for topic in ('/drone/words/one', '/elsewhere', '/drone/other'):
+        publisher = graph.node.create_publisher(String, topic, qos.latched())
+        publisher.publish(String(data=topic))
+    recorded(graph, '/elsewhere', 1)
+    recorded(graph, '/drone/words/one', 1)
+    assert logger.terminate() == 0
+    bag = Bag(tmp_path / 'bag', ANY)
+    assert {message.topic: bag.decode(message).data for message in bag.messages} == {
+        '/drone/words/one': '/drone/words/one', '/elsewhere': '/elsewhere',
+    }
+
+
+def test_a_publisher_with_a_weaker_profile_is_recorded_too(graph: Graph, tmp_path: Path) -> None:
+    logger = start(graph, tmp_path / 'bag')
+    weak = graph.node.create_publisher(LearnerStatus, 'advise/status', qos.SENSOR)
+    graph.wait_until(lambda: weak.get_subscription_count() == 1, what='the logger to come down to what is offered')
+    until(graph, lambda: weak.publish(LearnerStatus(message='weak')), lambda counts: counts.get('/advise/status', 0) > 0)
+    assert stop(logger) == 0
+    bag = Bag(tmp_path / 'bag', ANY)
+    assert {bag.decode(message).message for message in bag.on('/advise/status')} == {'weak'}
+
+
+def test_log_times_are_simulated_times(graph: Graph, tmp_path: Path) -> None:
+    logger = start(graph, tmp_path / 'bag', params={'use_sim_time': True})
+    clock = graph.publisher('/clock', Clock, QoSProfile(depth=10))
+    publisher = graph.publisher('pose', PoseStamped, qos.SENSOR)
+    heard = graph.listen('/diagnostics', DiagnosticArray)
+    sent: list[int] = []
+
+    def told(now: Clock) -> bool:
+        clock.publish(now)
+        return any(says(array, 'recording') and array.header.stamp == now.clock for array in heard)
+
+    def send(number: int) -> None:
+        sent.append(number)
+        publisher.publish(pose(number))
+
+    for second in (100, 200):
+        graph.wait_until(partial(told, Clock(clock=Time(sec=second))), what='the logger to take up the time')
+        before = len(sent)  # More than these: one at least is of this second.
+        until(graph, partial(send, second), lambda counts, known=before: counts.get('/pose', 0) > known)
+    assert stop(logger) == 0
+    bag = Bag(tmp_path / 'bag', ANY)
+    times = {(bag.decode(message).header.stamp.sec, message.log_time_ns) for message in bag.on('/pose')}
+    assert {(100, 100 * 10**9), (200, 200 * 10**9)} <= times <= {(100, 100 * 10**9), (100, 200 * 10**9), (200, 200 * 10**9)}
+    assert all(message.publish_time_ns > 10**18 for message in bag.on('/pose'))
+
+
+def whole_records(file: Path) -> Iterator[McapRecord]:
+    """Records of a file that ends in the middle of one."""
+    with file.open('rb') as stream, suppress(EndOfFile):
+        yield from StreamReader(stream).records
+
+
+def test_what_was_flushed_survives_kill(graph: Graph, tmp_path: Path) -> None:
+    logger = start(graph, tmp_path / 'bag')
+    poses(graph, range(1, 51))
+    recorded(graph, '/pose', 51)
+    logger.kill()
+    kept = sum(isinstance(record, Message) for record in whole_records(tmp_path / 'bag' / 'bag_0.mcap'))
+    assert kept >= 51
+    metadata = (tmp_path / 'bag' / 'metadata.yaml').read_text()
+    assert 'name: /pose' in metadata
+
+
+def test_a_full_disk_raises_one_alarm_and_harms_nobody(graph: Graph, tmp_path: Path) -> None:
+    """A limit on the size of files stands for the disk."""
+    arguments = ros_arguments({'bag': str(tmp_path / 'bag'), 'flush_s': 0.1, 'compression': 'none'}, {}, '')
+    alarms = graph.listen('/diagnostics', DiagnosticArray)
+    logger = graph.start_command('logger', ['sh', '-c', 'ulimit -f 40; exec "$@"', 'sh', executable('logger'), *arguments])
+    graph.wait_for('/diagnostics', DiagnosticArray, lambda m: says(m, 'recording into'))
+    poses(graph, range(1, 501))
+    graph.wait_for('/diagnostics', DiagnosticArray, lambda m: says(m, 'stopped: File too large; free some space'))
+    graph.publisher('pose', PoseStamped, qos.SENSOR).publish(pose(501))
+    said = {status.message for array in alarms for status in array.status if status.level == DiagnosticStatus.ERROR}
+    assert len(said) == 1
+    assert logger.running
+    assert sum('stopped' in line for line in logger.err) == 1
+    assert stop(logger) == 1
+
+
+@pytest.mark.parametrize(('params', 'words'), [
+    ({'bag': ''}, "parameter 'bag' is empty"),
+    ({'bag': '{tmp}'}, 'exists already; name a new directory'),
+    ({'bag': '{tmp}/bag', 'flush_s': 0.0}, "parameter 'flush_s' is 0.0; allowed: 0.05 to 60"),
+    ({'bag': '{tmp}/bag', 'compresion': 'none'}, "did you mean 'compression'"),
+])  # fmt: skip
+def test_wrong_parameters_are_one_sentence(graph: Graph, tmp_path: Path, params: dict[str, Any], words: str) -> None:
+    values = {key: value.replace('{tmp}', str(tmp_path)) if isinstance(value, str) else value for key, value in params.items()}
+    logger = graph.run('logger', params=values)
+    assert logger.popen.returncode == 2
+    errors = [line for line in logger.err if line.startswith('error: ')]
+    assert len(errors) == 1 and words in errors[0]
+    assert 'Traceback' not in '\n'.join(logger.err)
