@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import hypothesis.strategies as st
@@ -15,6 +16,7 @@ from advise_ros.core.mdp import Mdp
 from advise_ros.core.program import Evidence, Preference, Problem, Solution, Terms, pose
 
 RELATIVE = 1e-6
+Solver = Callable[[Problem], Solution]
 
 
 class Case(NamedTuple):
@@ -30,7 +32,8 @@ def cases(draw: st.DrawFn, *, contradictory: bool) -> Case:
     n, n_actions = draw(st.integers(2, 8)), draw(st.integers(2, 4))
     transitions = rng.random((n_actions * n, n)) * (rng.random((n_actions * n, n)) < 0.5)
     transitions[np.arange(n_actions * n), rng.integers(n, size=n_actions * n)] += 0.5
-    mdp = Mdp(sparse.csr_array(transitions / transitions.sum(axis=1, keepdims=True)), draw(st.sampled_from([0.5, 0.9, 0.95])))
+    gamma = draw(st.sampled_from([0.5, 0.9, 0.95]))
+    mdp = Mdp(sparse.csr_array(transitions / transitions.sum(axis=1, keepdims=True)), gamma)
     favourite = rng.integers(-1, n_actions, size=n)
     advised = rng.choice(n, size=draw(st.integers(0, n)), replace=False)
     return Case(mdp, Evidence(favourite, {int(s): _preference(rng, n_actions, contradictory) for s in advised}))
@@ -55,7 +58,7 @@ def terms(draw: st.DrawFn) -> Terms:
     )
 
 
-def _solved(solver, problem: Problem) -> Solution | None:
+def _solved(solver: Solver, problem: Problem) -> Solution | None:
     try:
         return solver(problem)
     except solve.InfeasibleError:

@@ -59,7 +59,10 @@ def learn_now(session: Session) -> Learned:
 
 
 def answer(
-    session: Session, preferred: Sequence[int] = (EAST,), avoided: Sequence[int] = (WEST,), verdict: int = Verdict.ANSWER,
+    session: Session,
+    preferred: Sequence[int] = (EAST,),
+    avoided: Sequence[int] = (WEST,),
+    verdict: int = Verdict.ANSWER,
 ) -> Answer:
     """An answer to the open question."""
     assert session.query is not None

@@ -6,10 +6,10 @@ import warnings
 
 import numpy as np
 import pytest
-from support.learning import CORRIDOR, ROUND_TRIP
 
 from advise_ros.core.clusters import NO_CLUSTER, canonical, cluster_states, k_means, split, structure
 from advise_ros.core.mdp import occurring
+from support.learning import CORRIDOR, ROUND_TRIP
 
 UNIFORM = np.full((ROUND_TRIP.n_states, 4), 0.25)
 

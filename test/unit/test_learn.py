@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from support.learning import CORRIDOR, EAST, NORTH, ROUND_TRIP, WEST, demonstration, flights, record
 
 from advise_ros.config import AdviseConfig
 from advise_ros.core.counts import count
@@ -14,6 +13,7 @@ from advise_ros.core.mdp import occurring
 from advise_ros.core.rollout import rollout
 from advise_ros.core.routes import optimal_table
 from advise_ros.settings import learn_settings
+from support.learning import CORRIDOR, EAST, NORTH, ROUND_TRIP, WEST, demonstration, flights, record
 
 FLOWN_RIGHT = demonstration(CORRIDOR, [(0, EAST), (1, EAST), (2, EAST)])
 FLOWN_LOST = demonstration(CORRIDOR, [(0, EAST), (1, WEST), (0, EAST), (1, WEST), (0, EAST), (1, EAST), (2, EAST)])

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from support.learning import CORRIDOR, EAST, ROUND_TRIP, WEST
 
 from advise_ros.core.grid import Grid
 from advise_ros.core.mdp import boltzmann, greedy, mdp_of, occupancy, occurring, plan, successors, terminal
+from support.learning import CORRIDOR, EAST, ROUND_TRIP, WEST
 
 BLOCKED = Grid(1.0, 3, 3, (0.0, 0.0), 2.0, (2, 6), (4,))
 

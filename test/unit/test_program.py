@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
-from support.learning import CORRIDOR, EAST, NORTH, SOUTH, WEST
 
 from advise_ros.core import reference, solve
 from advise_ros.core.mdp import Mdp, mdp_of
-from advise_ros.core.program import Evidence, Preference, Terms, pose
+from advise_ros.core.program import Evidence, Preference, Problem, Solution, Terms, pose
+from support.learning import CORRIDOR, EAST, NORTH, SOUTH, WEST
 
+Solver = Callable[[Problem], Solution]
 SOLVERS = [solve.solve, reference.solve]
 NOTHING = np.full(4, -1)
 GO_EAST = Preference((EAST,), ((EAST, WEST),))
@@ -23,14 +26,14 @@ def corridor() -> Mdp:
 
 
 @pytest.mark.parametrize('solver', SOLVERS)
-def test_without_evidence_the_reward_is_zero(corridor: Mdp, solver) -> None:
+def test_without_evidence_the_reward_is_zero(corridor: Mdp, solver: Solver) -> None:
     solution = solver(pose(corridor, Evidence(NOTHING, {}), Terms()))
     assert solution.reward == pytest.approx(np.zeros(4), abs=1e-7)
     assert solution.objective == pytest.approx(0.0, abs=1e-7)
 
 
 @pytest.mark.parametrize('solver', SOLVERS)
-def test_one_demonstrated_move_gets_the_capped_margin(corridor: Mdp, solver) -> None:
+def test_one_demonstrated_move_gets_the_capped_margin(corridor: Mdp, solver: Solver) -> None:
     """East in cell 2: v(3) must exceed v(2) and v(1) by the cap. Cheapest is a reward of the goal.
 
     v(3) = 10 r(3), v(2) = 0.9 v(3), and NORTH stays in 2: the margin 0.2 = 0.1 v(3) needs v(3) = 2, r(3) = 0.2;
@@ -43,14 +46,14 @@ def test_one_demonstrated_move_gets_the_capped_margin(corridor: Mdp, solver) -> 
 
 
 @pytest.mark.parametrize('solver', SOLVERS)
-def test_advice_has_its_margin_and_cap(corridor: Mdp, solver) -> None:
+def test_advice_has_its_margin_and_cap(corridor: Mdp, solver: Solver) -> None:
     solution = solver(pose(corridor, Evidence(NOTHING, {1: GO_EAST}), Terms(delta=0.1, margin_cap=0.2)))
     assert solution.value[2] - solution.value[0] >= 0.3 - 1e-7
     assert solution.slack == pytest.approx([0.0], abs=1e-7)
 
 
 @pytest.mark.parametrize('solver', SOLVERS)
-def test_contradictory_advice_costs_slack_or_is_infeasible(corridor: Mdp, solver) -> None:
+def test_contradictory_advice_costs_slack_or_is_infeasible(corridor: Mdp, solver: Solver) -> None:
     """East over west and west over east: the larger miss is delta at least."""
     evidence = Evidence(NOTHING, {1: BOTH})
     elastic = solver(pose(corridor, evidence, Terms(delta=0.1)))

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from support.learning import EAST, NORTH, ROUND_TRIP, WEST
 
 from advise_ros.core.question import Asked, question
+from support.learning import EAST, NORTH, ROUND_TRIP, WEST
 
 
 def _asked(states: list[int], taken: list[list[int]], greedy: list[int]) -> str:

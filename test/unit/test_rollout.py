@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from support.learning import CORRIDOR, EAST, ROUND_TRIP, WEST
 
 from advise_ros.core.grid import Grid, optimal_actions
 from advise_ros.core.rollout import rollout, shortest_route, step_budget
 from advise_ros.core.routes import optimal_table
+from support.learning import CORRIDOR, EAST, ROUND_TRIP, WEST
 
 WALLED = Grid(1.0, 3, 3, (0.0, 0.0), 2.0, (2, 6), (4,))
 

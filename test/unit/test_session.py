@@ -2,15 +2,30 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
+from typing import Any
 
 import pytest
-from support.learning import CORRIDOR, EAST, NORTH, ROUND_TRIP, SOUTH, WEST, answer, demonstration, flights, learn_now, ready, record
 
-from advise_ros.core.advice import Answer, Code, Verdict
+from advise_ros.core.advice import AdviceRecord, Answer, Code, Verdict
 from advise_ros.core.errors import InputError
 from advise_ros.core.learn import LearnSettings
 from advise_ros.core.session import Session, Work
+from support.learning import (
+    CORRIDOR,
+    EAST,
+    NORTH,
+    ROUND_TRIP,
+    SOUTH,
+    WEST,
+    answer,
+    demonstration,
+    flights,
+    learn_now,
+    ready,
+    record,
+)
 
 
 def test_nothing_to_learn_before_the_first_demonstration() -> None:
@@ -59,19 +74,15 @@ def test_an_accepted_answer_closes_its_question_and_asks_for_learning() -> None:
         ({'avoided': (EAST, WEST)}, Code.OVERLAPPING_SETS, 'EAST preferred and avoided at once'),
     ],
 )
-def test_wrong_answers_have_their_code_and_change_nothing(given: dict[str, object], code: Code, words: str) -> None:
+def test_wrong_answers_have_their_code_and_change_nothing(given: dict[str, Any], code: Code, words: str) -> None:
     session = ready()
     told = replace(answer(session), **given)
     outcome = session.tell(told)
     assert (outcome.accepted, outcome.code, outcome.record) == (False, code, None)
-    pytest.raises(InputError, _raise, outcome.message).match(words)
+    assert re.search(words, outcome.message)
     assert session.log == ()
     assert session.query is not None
     assert session.snapshot() is None
-
-
-def _raise(message: str) -> None:
-    raise InputError(message)
 
 
 def test_a_second_answer_comes_too_late_before_and_after_learning() -> None:
@@ -130,8 +141,7 @@ def test_a_mixed_cluster_is_asked_about_in_halves() -> None:
     assert passed is not None
     session.tell(answer(session, (), (), Verdict.MIXED))
     learned = learn_now(session)
-    halves = {label for label in learned.clusters[list(passed.states)].tolist()}
-    assert len(halves) == 2
+    assert len(set(learned.clusters[list(passed.states)].tolist())) == 2
     assert learned.clusters.max() == 10
 
 
@@ -244,7 +254,7 @@ def test_a_restored_session_goes_on_where_it_stopped() -> None:
         (record(1, (3,), (5,), (1,)), 'an action twice or outside 0 to 3'),
     ],
 )
-def test_a_log_that_does_not_fit_is_not_restored(entry, words: str) -> None:
+def test_a_log_that_does_not_fit_is_not_restored(entry: AdviceRecord, words: str) -> None:
     session = ready()
     with pytest.raises(InputError, match=words):
         session.restore((entry,))

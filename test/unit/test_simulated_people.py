@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from support.learning import EAST, NORTH, ROUND_TRIP, SOUTH, WEST, ready
 
 from advise_ros.core.advice import Query, Verdict
 from advise_ros.core.demonstration import EndReason
@@ -16,6 +15,7 @@ from advise_ros.core.learn import LearnSettings
 from advise_ros.core.mdp import occurring
 from advise_ros.core.routes import optimal_table
 from advise_ros.core.trial import TrialSettings, run_trial
+from support.learning import EAST, NORTH, ROUND_TRIP, SOUTH, WEST, ready
 
 OPTIMAL = optimal_table(ROUND_TRIP)
 # A corner that both ways lead from has no wrong move.
@@ -79,7 +79,9 @@ def test_the_pilot_has_no_move_after_the_end() -> None:
         ('plurality', 'all_others', ((EAST,), (NORTH, SOUTH, WEST))),
     ],
 )
-def test_the_expert_speaks_for_most_of_the_cells(prefer: str, avoid: str, expected: tuple[tuple[int, ...], ...]) -> None:
+def test_the_expert_speaks_for_most_of_the_cells(
+    prefer: str, avoid: str, expected: tuple[tuple[int, ...], ...],
+) -> None:
     expert = SimulatedExpert(ROUND_TRIP, np.random.default_rng(0), avoid, prefer=prefer)
     assert expert.advice((1, 8, 9)) == expected
 
