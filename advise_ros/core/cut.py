@@ -19,9 +19,10 @@ class Cutter:
         self._commands = _Index(recording.commands.stamps_ns)
 
     def cut(self, window_ns: tuple[int, int]) -> Recording:
-        """From the first to the last arrival with a stamp in the window, both ends included.
+        """All samples with a stamp in the window, both ends included, and what arrived between them.
 
-        What arrived in between is kept whatever its stamp; the views share the recording's memory.
+        From the first arrival that is not older than the window to the last that is not newer; the views
+        share the recording's memory.
         """
         poses, commands = self._poses.between(window_ns), self._commands.between(window_ns)
         whole = self._recording

@@ -1,0 +1,94 @@
+"""Laws of the tracker and of discretisation."""
+
+import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from support.flown import GRID, NS, commands_of, flight, joined, round_trip
+
+from advise_ros.core.demonstration import Demonstration, EndReason
+from advise_ros.core.discretise import DiscretiseSettings, discretise
+from advise_ros.core.flights import demonstrations_of
+from advise_ros.core.grid import Grid
+from advise_ros.core.samples import PoseSamples, Recording
+from advise_ros.core.tracker import CellTracker
+
+SETTINGS = DiscretiseSettings()
+OPEN = Grid(2.0, 5, 5, (-1.0, -1.0), 5.0, waypoints=(24, 4, 20, 0))
+END = EndReason.END_OF_LOG
+
+
+@st.composite
+def recordings(draw: st.DrawFn) -> Recording:
+    """Random walks with noise, jumps, gaps, and samples that are late, unstamped, NaN or off the grid."""
+    rng = np.random.default_rng(draw(st.integers(0, 2**32)))
+    n = draw(st.integers(1, 300))
+    steps = rng.normal(0.0, draw(st.sampled_from([0.05, 0.3, 1.5])), (n, 3))
+    positions = np.array([4.0, 4.0, 5.0]) + np.cumsum(steps, axis=0) * [1, 1, 0.1]
+    stamps = np.cumsum(rng.choice([10**7, 10**8, 3 * 10**9], size=n, p=[0.2, 0.75, 0.05])).astype(np.int64)
+    for value in (0, None):
+        chosen = rng.random(n) < draw(st.sampled_from([0.0, 0.05]))
+        stamps[chosen] = value if value is not None else rng.choice(stamps, chosen.sum())
+    positions[rng.random(n) < 0.02] = np.nan
+    poses = PoseSamples(stamps, positions)
+    return Recording(poses, commands_of(poses))
+
+
+def run(recording: Recording, window_ns: tuple[int, int], end_reason: EndReason = END, grid: Grid = OPEN) -> Demonstration:
+    return discretise(grid, recording, window_ns, SETTINGS, 'x', end_reason)
+
+
+@given(recordings())
+@settings(max_examples=150, deadline=None)
+def test_discretising_the_resulting_window_again_gives_the_same(recording: Recording) -> None:
+    found = run(recording, (1, 2**62))
+    assert run(recording, found.window_ns, found.end_reason) == found
+
+
+@given(recordings())
+@settings(max_examples=150, deadline=None)
+def test_states_follow_each_other_where_nothing_is_unknown(recording: Recording) -> None:
+    found = run(recording, (1, 2**62))
+    assert list(found.stamps_ns) == sorted(found.stamps_ns)
+    layers = [OPEN.next_waypoint(state) for state in found.states]
+    assert layers == sorted(layers)
+    assert not any(OPEN.is_terminal(state) for state in found.states)
+    if not any('not known' in note for note in found.audit.notes):
+        for here, there in zip(found.states, found.states[1:], strict=False):
+            assert there in {OPEN.successor(here, action) for action in range(4)}
+
+
+@given(recordings())
+@settings(max_examples=100, deadline=None)
+def test_the_live_tracker_and_the_vectorised_rule_agree(recording: Recording) -> None:
+    stamps = recording.poses.stamps_ns.copy()
+    stamps[:] = np.arange(1, len(stamps) + 1) * 10**8
+    positions = np.nan_to_num(recording.poses.positions_enu_m, nan=3.0)
+    positions[:, 2] = OPEN.altitude_m
+    tracker = CellTracker(OPEN, SETTINGS.hysteresis_m, max_skip_cells=SETTINGS.max_skip_cells, max_gap_s=SETTINGS.max_gap_s)
+    states = [tracker.update(x, y, int(stamp)) for stamp, (x, y, _) in zip(stamps, positions, strict=True)]
+    found = run(Recording(PoseSamples(stamps, positions)), (1, 2**62))
+    visited = [state for i, state in enumerate(states) if state is not None and (i == 0 or state != states[i - 1])]
+    seen = [s for s in found.states if s in set(visited)]
+    assert set(seen) <= set(visited) and tracker.finished == (found.end_reason in (EndReason.FINAL_WAYPOINT, EndReason.BLOCKED))
+    if not found.audit.cell_skips:
+        assert list(found.states) == visited[:-1]
+
+
+@given(st.integers(0, 10**6), st.integers(1, 40), st.integers(0, 10**6))
+@settings(max_examples=60, deadline=None)
+def test_commands_may_arrive_in_any_order(seed: int, samples: int, start: int) -> None:
+    recording = flight(OPEN, round_trip(OPEN), start_ns=1 + start)
+    order = np.random.default_rng(seed).permutation(len(recording.commands.stamps_ns))
+    shuffled = recording._replace(commands=type(recording.commands)(*(a[order] for a in recording.commands)))
+    assert run(shuffled, (1, 2**62)) == run(recording, (1, 2**62))
+
+
+@given(st.lists(st.integers(2, 11), min_size=1, max_size=4))
+@settings(max_examples=40, deadline=None)
+def test_flights_in_one_recording_are_those_of_each_alone(lengths: list[int]) -> None:
+    route = round_trip()
+    flown = [flight(GRID, route[:length], start_ns=(1 + index) * 1000 * NS) for index, length in enumerate(lengths)]
+    together = demonstrations_of(GRID, joined(*flown), SETTINGS).demonstrations
+    alone = [d for one in flown for d in demonstrations_of(GRID, one, SETTINGS).demonstrations]
+    assert [d.states for d in together] == [d.states for d in alone] == [tuple(d.states) for d in alone]
+    assert [d.window_ns for d in together] == [d.window_ns for d in alone]

@@ -1,0 +1,181 @@
+"""Bags of several hands."""
+
+import shutil
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from rosbags.rosbag2 import StoragePlugin, Writer
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+from support.flown import GRID, flight, round_trip
+
+from advise_ros.core.discretise import DiscretiseSettings
+from advise_ros.core.errors import LogError
+from advise_ros.core.flights import demonstrations_of
+from advise_ros.core.samples import Recording
+from advise_ros.recording.bags import BagTopics, read_bag
+from advise_ros.recording.sources import read_recording
+
+STORE = get_typestore(Stores.ROS2_JAZZY)
+MESSAGES = Path(__file__).parents[2] / 'msg_defs' / 'msg'
+for kind in ('VehicleStatus', 'FlightStatus'):
+    STORE.register(get_types_from_msg((MESSAGES / f'{kind}.msg').read_text(), f'advise_msgs/msg/{kind}'))
+Entry = tuple[str, Any, int]
+
+
+def make(kind: str, **fields: Any) -> Any:
+    """A message; numbers that are not named are 0."""
+    return STORE.types[kind](**{name: fields.get(name, 0) for name, _ in STORE.fielddefs[kind][1]})
+
+
+def header(stamp_ns: int, frame_id: str) -> Any:
+    stamp = make('builtin_interfaces/msg/Time', sec=stamp_ns // 10**9, nanosec=stamp_ns % 10**9)
+    return make('std_msgs/msg/Header', stamp=stamp, frame_id=frame_id)
+
+
+def vector(x: float, y: float, z: float, kind: str = 'Vector3') -> Any:
+    return make(f'geometry_msgs/msg/{kind}', x=float(x), y=float(y), z=float(z))
+
+
+def pose(stamp_ns: int, position: Sequence[float], frame_id: str = 'map') -> Any:
+    still = make('geometry_msgs/msg/Quaternion', x=0.0, y=0.0, z=0.0, w=1.0)
+    inner = make('geometry_msgs/msg/Pose', position=vector(*position, kind='Point'), orientation=still)
+    return make('geometry_msgs/msg/PoseStamped', header=header(stamp_ns, frame_id), pose=inner)
+
+
+def odometry(stamp_ns: int, position: Sequence[float]) -> Any:
+    twist = make('geometry_msgs/msg/Twist', linear=vector(0, 0, 0), angular=vector(0, 0, 0))
+    inner, unknown = pose(stamp_ns, position).pose, np.zeros(36)
+    return make(
+        'nav_msgs/msg/Odometry', header=header(stamp_ns, 'map'), child_frame_id='base_link',
+        pose=make('geometry_msgs/msg/PoseWithCovariance', pose=inner, covariance=unknown),
+        twist=make('geometry_msgs/msg/TwistWithCovariance', twist=twist, covariance=unknown),
+    )
+
+
+def command(stamp_ns: int, velocity: Sequence[float], frame_id: str = 'map') -> Any:
+    twist = make('geometry_msgs/msg/Twist', linear=vector(*velocity), angular=vector(0, 0, 0))
+    return make('geometry_msgs/msg/TwistStamped', header=header(stamp_ns, frame_id), twist=twist)
+
+
+def status(stamp_ns: int, armed: bool, in_air: bool) -> Any:
+    return make(
+        'advise_msgs/msg/VehicleStatus', header=header(stamp_ns, ''), autopilot='', mode='', connected=True, ready=True,
+        armed=armed, in_air=in_air, commandable=in_air, waiting_for='', text='',
+    )
+
+
+def policy(stamp_ns: int, phase: int) -> Any:
+    return make('advise_msgs/msg/FlightStatus', header=header(stamp_ns, ''), phase=phase, message='')
+
+
+def bag(path: Path, entries: Sequence[Entry], plugin: StoragePlugin = StoragePlugin.MCAP) -> Path:
+    with Writer(path, version=9, storage_plugin=plugin) as writer:
+        connections: dict[str, Any] = {}
+        for topic, message, stamp_ns in sorted(entries, key=lambda entry: entry[2]):
+            kind = message.__msgtype__
+            if topic not in connections:
+                connections[topic] = writer.add_connection(topic, kind, typestore=STORE)
+            writer.write(connections[topic], stamp_ns, STORE.serialize_cdr(message, kind))
+    return path
+
+
+def entries_of(recording: Recording, prefix: str = '', frame_id: str = 'map') -> list[Entry]:
+    return [
+        *((f'{prefix}/pose', pose(int(s), p, frame_id), int(s)) for s, p in zip(*recording.poses, strict=True)),
+        *((f'{prefix}/cmd_vel', command(int(s), v), int(s)) for s, v in zip(*recording.commands, strict=True)),
+        *((f'{prefix}/vehicle_status', status(*event), event.stamp_ns) for event in recording.events),
+    ]
+
+
+FLOWN = flight(GRID, round_trip())
+
+
+def same(found: Recording, expected: Recording = FLOWN) -> bool:
+    pairs = zip((*found.poses, *found.commands), (*expected.poses, *expected.commands), strict=True)
+    return all((one == other).all() for one, other in pairs) and found.events == expected.events
+
+
+@pytest.mark.parametrize('plugin', list(StoragePlugin))
+@pytest.mark.parametrize('prefix', ['', '/drone1'])
+def test_a_bag_gives_what_was_flown(tmp_path: Path, plugin: StoragePlugin, prefix: str) -> None:
+    path = bag(tmp_path / 'bag', entries_of(FLOWN, prefix), plugin)
+    found = read_recording(path)
+    assert same(found) and found.source == str(path)
+    (demonstration,) = demonstrations_of(GRID, found, DiscretiseSettings()).demonstrations
+    assert len(demonstration.states) == len(round_trip()) - 1
+
+
+def test_a_bare_mcap_file_is_read(tmp_path: Path) -> None:
+    bag(tmp_path / 'bag', entries_of(FLOWN))
+    (file,) = (tmp_path / 'bag').glob('*.mcap')
+    assert same(read_recording(shutil.copy(file, tmp_path / 'bare.mcap')))
+
+
+def test_odometry_is_taken_when_there_is_no_pose(tmp_path: Path) -> None:
+    entries = [('/x/odom', odometry(int(s), p), int(s)) for s, p in zip(*FLOWN.poses, strict=True)]
+    found = read_bag(bag(tmp_path / 'bag', entries))
+    assert (found.poses.positions_enu_m == FLOWN.poses.positions_enu_m).all() and found.events == ()
+
+
+def test_one_of_several_vehicles_has_to_be_named(tmp_path: Path) -> None:
+    other = flight(GRID, round_trip()[:4])
+    path = bag(tmp_path / 'bag', [*entries_of(FLOWN, '/a'), *entries_of(other, '/b')])
+    with pytest.raises(LogError, match='positions on /a/pose, /b/pose; name one'):
+        read_bag(path)
+    assert same(read_bag(path, BagTopics(pose=('/a/pose',))))
+    assert same(read_bag(path, BagTopics(pose=('/b/pose',))), other)
+
+
+def test_policy_flights_are_intervals(tmp_path: Path) -> None:
+    phases = [(10, 1), (20, 2), (30, 3), (40, 2)]
+    entries = [('/policy/status', policy(s, phase), s) for s, phase in phases]
+    found = read_bag(bag(tmp_path / 'bag', [*entries_of(FLOWN), *entries]))
+    assert found.policy_ns == ((10, 30), (40, 2**63 - 1))
+
+
+def test_positions_in_another_frame_are_refused(tmp_path: Path) -> None:
+    path = bag(tmp_path / 'bag', entries_of(FLOWN, frame_id='odom'))
+    with pytest.raises(LogError, match="the positions on /pose are in frame 'odom', not 'map'"):
+        read_bag(path)
+
+
+def test_commands_in_another_frame_are_not_used(tmp_path: Path) -> None:
+    entries = [*entries_of(FLOWN), ('/cmd_vel', command(1, (1, 0, 0), 'base_link'), 1)]
+    found = read_bag(bag(tmp_path / 'bag', entries))
+    assert same(found) and found.notes == ("1 commands in frame 'base_link' are not in 'map' and were not used",)
+
+
+def test_a_bag_without_positions_lists_what_it_has(tmp_path: Path) -> None:
+    path = bag(tmp_path / 'bag', [('/cmd_vel', command(5, (1, 0, 0)), 5)])
+    with pytest.raises(LogError, match=r'it has /cmd_vel \(geometry_msgs/msg/TwistStamped\)'):
+        read_bag(path)
+
+
+def test_broken_bags_are_refused_in_one_sentence(tmp_path: Path) -> None:
+    path = bag(tmp_path / 'bag', entries_of(FLOWN))
+    (file,) = path.glob('*.mcap')
+    data = file.read_bytes()
+    for length in (0, 5, 100, len(data) // 2, len(data) - 1):
+        file.write_bytes(data[:length])
+        for name in (path, file):
+            with pytest.raises(LogError, match='is not a whole bag') as caught:
+                read_recording(name)
+            assert '\n' not in str(caught.value)
+    (path / 'metadata.yaml').write_text('rosbag2_bagfile_information: {version: 9}')
+    with pytest.raises(LogError, match='is not a whole bag'):
+        read_bag(path)
+
+
+def test_what_is_no_bag(tmp_path: Path) -> None:
+    with pytest.raises(LogError, match='there is no such file'):
+        read_recording(tmp_path / 'none.mcap')
+    with pytest.raises(LogError, match='no metadata.yaml; name a bag directory'):
+        read_recording(tmp_path)
+    (tmp_path / 'a.mcap').write_bytes(b'x')
+    with pytest.raises(LogError, match='name the file inside it: a.mcap'):
+        read_recording(tmp_path)
+    with pytest.raises(LogError, match='a part of a bag'):
+        read_recording(tmp_path / 'b.db3')

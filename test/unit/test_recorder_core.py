@@ -1,0 +1,144 @@
+"""The live recorder without a node: what it gives equals the pure function, however the samples arrive."""
+
+import numpy as np
+import pytest
+from support.flown import GRID, NS, START_NS, flight, joined, round_trip
+
+from advise_ros.core.demonstration import Demonstration, EndReason
+from advise_ros.core.discretise import DiscretiseSettings, discretise
+from advise_ros.core.flights import demonstrations_of
+from advise_ros.core.recorder import KEEP, SETTLE_S, Phase, Recorder
+from advise_ros.core.samples import Recording
+
+SETTINGS = DiscretiseSettings()
+SECOND_NS = 5000 * NS
+BOTH = joined(flight(GRID, round_trip()), flight(GRID, round_trip()[:4], SECOND_NS))
+
+
+def recorder(*, by_flights: bool = True) -> Recorder:
+    return Recorder(GRID, SETTINGS, BOTH.source, by_flights=by_flights)
+
+
+def play(into: Recorder, recording: Recording, delays_ns: tuple[int, int, int] = (0, 0, 0)) -> list[Demonstration]:
+    """Feed events, poses and commands, each kind late by its delay; polls ten times a second of the stamps."""
+    entries = [
+        *((event.stamp_ns + delays_ns[0], 0, event.stamp_ns, event) for event in recording.events),
+        *((int(stamp) + delays_ns[1], 1, int(stamp), v) for stamp, v in zip(*recording.poses, strict=True)),
+        *((int(stamp) + delays_ns[2], 2, int(stamp), v) for stamp, v in zip(*recording.commands, strict=True)),
+    ]
+    found = []
+    for at_ns, kind, stamp_ns, value in sorted(entries, key=lambda entry: entry[:3]):
+        if kind == 0:
+            into.vehicle(value)
+        else:
+            (into.pose if kind == 1 else into.command)(stamp_ns, tuple(value.tolist()))
+        found += [output.demonstration for output in into.take(at_ns / NS) if output.demonstration]
+    for wait_s in (1, 2, 3):
+        found += [output.demonstration for output in into.take(at_ns / NS + wait_s) if output.demonstration]
+    return found
+
+
+@pytest.mark.parametrize('delays_s', [(0, 0, 0), (0, 0, 0.15), (0.15, 0, 0), (0, 0.15, 0), (0.19, 0.1, 0)])
+def test_late_arrival_changes_nothing(delays_s: tuple[float, float, float]) -> None:
+    expected = demonstrations_of(GRID, BOTH, SETTINGS).demonstrations
+    delays_ns = tuple(int(delay * NS) for delay in delays_s)
+    assert tuple(play(recorder(), BOTH, delays_ns)) == expected  # type: ignore[arg-type]
+
+
+def test_each_demonstration_is_discretise_of_its_own_window() -> None:
+    for found in play(recorder(), BOTH):
+        assert found == discretise(GRID, BOTH, found.window_ns, SETTINGS, found.demonstration_id, found.end_reason)
+
+
+def test_without_states_the_altitude_tells() -> None:
+    blind = BOTH._replace(events=())
+    assert [d.states for d in play(recorder(), blind)] == [d.states for d in play(recorder(), BOTH)]
+
+
+def test_a_long_wait_on_the_ground_is_forgotten() -> None:
+    into = recorder()
+    for index in range(10 * KEEP):
+        into.pose(index + 1, (0.0, 0.0, 0.0))
+    assert len(into._poses) <= 2 * KEEP
+    assert len(play(into, BOTH)) == 2
+
+
+def test_one_demonstration_a_take_off() -> None:
+    twice = flight(GRID, [*round_trip(), *round_trip()])
+    assert len(play(recorder(), twice)) == 1
+
+
+def test_a_policy_in_the_air_records_nothing() -> None:
+    into = recorder()
+    into.policy(flies=True)
+    assert play(into, flight(GRID, round_trip())) == []
+    into.policy(flies=False)
+    assert len(play(into, flight(GRID, round_trip(), SECOND_NS))) == 1
+
+
+def test_a_policy_that_takes_over_ends_the_flight_without_a_demonstration() -> None:
+    into = recorder()
+    half = flight(GRID, round_trip()[:5], landing=False)
+    play(into, half)
+    assert into.phase is Phase.OPEN
+    into.policy(flies=True)
+    outputs = into.take(1e6) + into.take(1e6 + 1.0)
+    assert [output.demonstration for output in outputs] == [None] and 'took over' in outputs[0].remark
+    into.policy(flies=False)
+    assert into.phase is Phase.IDLE
+
+
+def test_by_hand() -> None:
+    into = recorder(by_flights=False)
+    assert not into.stop().success and not into.discard().success
+    assert into.start().success and not into.start().success
+    assert play(into, flight(GRID, round_trip()[:4], landing=False)) == []
+    reply = into.stop()
+    assert reply.success and 'flight-001 with 3 moves' in reply.message
+    into.take(0.0)
+    (output,) = into.take(SETTLE_S)
+    assert output.demonstration is not None and output.demonstration.end_reason is EndReason.STOPPED
+    assert not into.stop().success and 'flight-001 was published' in into.stop().message
+
+
+def test_by_hand_it_ends_by_itself_at_the_final_waypoint() -> None:
+    into = recorder(by_flights=False)
+    into.start()
+    (found,) = play(into, flight(GRID, round_trip()))
+    assert found.end_reason is EndReason.FINAL_WAYPOINT and into.phase is Phase.IDLE
+
+
+def test_stopping_without_moves_publishes_nothing() -> None:
+    into = recorder(by_flights=False)
+    into.start()
+    reply = into.stop()
+    assert not reply.success and 'no move' in reply.message and into.phase is Phase.IDLE
+
+
+def test_discard_drops_the_running_one_and_then_takes_back_the_last() -> None:
+    into = recorder()
+    play(into, BOTH)
+    into.start()
+    assert 'flight-003 is dropped' in into.discard().message
+    for expected in ('flight-002', 'flight-001'):
+        assert f'{expected} is taken back' in into.discard().message
+        (output,) = into.take(0.0)
+        assert output.demonstration is not None
+        assert (output.demonstration.demonstration_id, output.demonstration.states) == (expected, ())
+    assert not into.discard().success
+    assert into.next_id == 'flight-003'  # Ids are not used twice.
+
+
+def test_nan_and_repeated_stamps_do_not_disturb() -> None:
+    recording = flight(GRID, round_trip())
+    recording.poses.positions_enu_m[80] = np.nan
+    recording.poses.stamps_ns[90] = recording.poses.stamps_ns[89]
+    (found,) = play(recorder(), recording._replace(events=()))
+    assert found.audit.late == 1 and found.audit.notes and found.end_reason is EndReason.FINAL_WAYPOINT
+
+
+def test_a_clock_set_back_starts_afresh() -> None:
+    into = recorder()
+    play(into, flight(GRID, round_trip()[:4], SECOND_NS, landing=False)._replace(events=()))
+    (found,) = play(into, flight(GRID, round_trip(), START_NS)._replace(events=()))
+    assert found.window_ns[0] == START_NS + 4 * NS and found.audit.late == 0
