@@ -71,7 +71,7 @@ def _parser() -> argparse.ArgumentParser:
     what = parser.add_mutually_exclusive_group()
     what.add_argument('--skip', action='store_const', dest='verdict', const=Verdict.SKIP, help='rather not answer this one')
     what.add_argument('--unsure', action='store_const', dest='verdict', const=Verdict.UNSURE, help="don't know")
-    what.add_argument('--mixed', action='store_const', dest='verdict', const=Verdict.MIXED, help='these cells need different actions')
+    what.add_argument('--mixed', action='store_const', dest='verdict', const=Verdict.MIXED, help='not one action for all')
     what.add_argument('--undo', action='store_true', help='take the last answer back')
     what.add_argument('--retract', type=int, metavar='ID', help='take this earlier answer back')
     parser.add_argument('--preview', action='store_true', help='only show what the answer would change')
@@ -99,7 +99,8 @@ def _answer(options: argparse.Namespace) -> Answer | None:
     if not 0 < options.query < 2**64:
         raise InputError(f'--query is {options.query}; query ids count up from 1')
     verdict = Verdict.ANSWER if options.verdict is None else options.verdict
-    return Answer(options.query, verdict, _actions(options.prefer), _actions(options.avoid), options.expert, options.comment)
+    preferred, avoided = _actions(options.prefer), _actions(options.avoid)
+    return Answer(options.query, verdict, preferred, avoided, options.expert, options.comment)
 
 
 def _actions(words: str | None) -> tuple[int, ...]:
@@ -119,7 +120,8 @@ def _act(client: GraphClient, options: argparse.Namespace, said: Answer | None) 
     if options.retract is not None:
         if not 0 < options.retract < 2**64:
             raise InputError(f'--retract is {options.retract}; answer ids count up from 1')
-        return _tell(client.call(RetractAdvice, 'advise/retract', RetractAdvice.Request(advice_id=options.retract), options.wait))
+        request = RetractAdvice.Request(advice_id=options.retract)
+        return _tell(client.call(RetractAdvice, 'advise/retract', request, options.wait))
     if said is None:
         return _show(client, options.wait)
     if options.preview:

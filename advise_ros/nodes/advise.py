@@ -60,7 +60,7 @@ class AdviseNode(Node):
         self._failed_at: tuple[int, int] | None = None
         self._refused = ''
         self._solve_s = 0.0
-        self._wake = self.create_guard_condition(lambda: self._worker.deliver())
+        self._wake = self.create_guard_condition(self._deliver)
         self._worker = Worker(self._wake.trigger)
         self._quiet = self.create_timer(
             max(self.config.learn_idle_s, 1e-3), self._on_quiet,
@@ -147,6 +147,10 @@ class AdviseNode(Node):
             self._worker.submit(work.run, self._on_learned)
         self._tell()
 
+    def _deliver(self) -> None:
+        """The worker has woken the executor."""
+        self._worker.deliver()
+
     @property
     def _size(self) -> tuple[int, int]:
         """What there is to learn from; both only grow."""
@@ -164,7 +168,8 @@ class AdviseNode(Node):
     def _on_failure(self, error: Exception) -> None:
         """The policy and the session stay as they are; the next demonstration or answer tries again."""
         reason = str(error) if isinstance(error, AdviseError) else f'{type(error).__name__}: {error}'
-        self._failure = f'Learning failed: {reason}. The policy stays as it was; a demonstration, an answer or advise/undo tries again.'
+        remedy = 'The policy stays as it was; a demonstration, an answer or advise/undo tries again.'
+        self._failure = f'Learning failed: {reason}. {remedy}'
         self._failed_at = self._learning_size
         self.get_logger().error(self._failure)
 

@@ -44,7 +44,8 @@ class ExpertNode(Node):
         self._sent: Future | None = None
         self._client = self.create_client(AnswerQuery, 'advise/answer')
         steady = Clock(clock_type=ClockType.STEADY_TIME)
-        self._thinking = self.create_timer(max(self.config.thinking_time_s, 1e-3), self._on_thought, clock=steady, autostart=False)
+        pause_s = max(self.config.thinking_time_s, 1e-3)
+        self._thinking = self.create_timer(pause_s, self._on_thought, clock=steady, autostart=False)
         self._retry = self.create_timer(RETRY_S, self._say, clock=steady, autostart=False)
         self._timeout = self.create_timer(REPLY_TIMEOUT_S, self._on_timeout, clock=steady, autostart=False)
         self.create_subscription(AdviceQuery, 'advise/query', self._on_query, qos.latched())

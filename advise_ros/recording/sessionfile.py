@@ -94,7 +94,9 @@ class SessionFile:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except OSError:
             file.close()
-            raise InputError(f'session file {self.path}: another learner is writing it; name another file or stop that one') from None
+            raise InputError(
+                f'session file {self.path}: another learner is writing it; name another file or stop that one'
+            ) from None
         return file
 
     def _load(self) -> Loaded:

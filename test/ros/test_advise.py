@@ -9,9 +9,6 @@ import pytest
 from nav_msgs.msg import OccupancyGrid
 from rclpy.serialization import serialize_message
 from std_srvs.srv import Trigger
-from support.graph import Graph
-from support.learner import LATCHED, Learner, write_grid
-from support.walks import GRID_4X4, everywhere, walk
 from visualization_msgs.msg import Marker, MarkerArray
 
 from advise_msgs.msg import AdviceQuery, LearnerStatus, Policy
@@ -22,6 +19,9 @@ from advise_ros.core.grid import Grid
 from advise_ros.core.learn import learn
 from advise_ros.ros import convert, convert_advice
 from advise_ros.settings import learn_settings
+from support.graph import Graph
+from support.learner import LATCHED, Learner, write_grid
+from support.walks import GRID_4X4, everywhere, walk
 
 GRID_40X40 = Grid(2.0, 40, 40, (-1.0, -1.0), 3.0, waypoints=(39, 1599, 1560, 0))
 

@@ -8,9 +8,6 @@ from pathlib import Path
 import pytest
 from nav_msgs.msg import OccupancyGrid
 from std_srvs.srv import Trigger
-from support.graph import Graph
-from support.learner import LATCHED, Learner, write_grid
-from support.walks import GRID_4X4, walk
 from visualization_msgs.msg import MarkerArray
 
 from advise_msgs.msg import Advice, AdviceQuery, Demonstration, LearnerStatus, Policy
@@ -21,6 +18,9 @@ from advise_ros.core.learn import learn
 from advise_ros.recording.demofile import save_demonstrations
 from advise_ros.ros import convert, convert_advice, qos
 from advise_ros.settings import learn_settings
+from support.graph import Graph
+from support.learner import LATCHED, Learner, write_grid
+from support.walks import GRID_4X4, walk
 
 
 @pytest.fixture
@@ -48,7 +48,8 @@ def test_demonstrations_from_a_file_are_shown_to_all_and_a_burst_is_learnt_once_
 ) -> None:
     save_demonstrations(tmp_path / 'demos.json', [walk(GRID_4X4, 0), walk(GRID_4X4, 1)])
     learner = Learner(
-        graph, grid_file, demonstrations_file=str(tmp_path / 'demos.json'), demonstrations_min=2, learn_when='idle', learn_idle_s=2.0,
+        graph, grid_file, demonstrations_file=str(tmp_path / 'demos.json'), demonstrations_min=2,
+        learn_when='idle', learn_idle_s=2.0,
     )
     heard = graph.listen('demonstration', Demonstration, qos.DEMONSTRATIONS)
     learner.policy(2, 0)

@@ -7,13 +7,13 @@ from pathlib import Path
 
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray
-from support.graph import Graph
-from support.learner import Learner, write_grid
-from support.walks import GRID_4X4
 
 from advise_msgs.msg import LearnerStatus
 from advise_ros.core.advice import Verdict
 from advise_ros.core.grid import optimal_actions
+from support.graph import Graph
+from support.learner import Learner, write_grid
+from support.walks import GRID_4X4
 
 
 @pytest.fixture

@@ -8,7 +8,6 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from support.walks import GRID_4X4, walk
 
 from advise_ros.core.advice import AdviceRecord, Answer, Code, Verdict
 from advise_ros.core.errors import AdviseError, InputError
@@ -16,6 +15,7 @@ from advise_ros.core.learn import LearnSettings
 from advise_ros.core.session import Session
 from advise_ros.recording.savedsession import SavedSession
 from advise_ros.recording.sessionfile import SessionFile
+from support.walks import GRID_4X4, walk
 
 RECORDS = (
     AdviceRecord(1, 1, (4, 5, 63), (1,), (0, 2, 3), Verdict.ANSWER, 'anna', 'über die "Wiese"\nzurück'),
@@ -102,7 +102,10 @@ def test_a_file_for_another_grid_is_refused_in_words(path: Path) -> None:
     assert path.read_bytes() == before
 
 
-@pytest.mark.parametrize('content', ['my diary', 'my diary\n', '{"a": 1}\n', '{"advise_session": 1}\n', '[]\n', '{"a": 1}', '\n\n'])
+OTHERS = ('my diary', 'my diary\n', '{"a": 1}\n', '{"advise_session": 1}\n', '[]\n', '{"a": 1}', '\n\n')
+
+
+@pytest.mark.parametrize('content', OTHERS)
 def test_another_file_is_refused_and_left_as_it_is(tmp_path: Path, content: str) -> None:
     path = tmp_path / 'diary.txt'
     path.write_text(content)

@@ -1,0 +1,54 @@
+"""The worker beside the executor."""
+
+import threading
+
+from advise_ros.ros.worker import Finished, Worker
+
+
+def test_results_come_in_order_and_only_on_the_thread_that_delivers() -> None:
+    woken, seen = threading.Semaphore(0), []
+    worker = Worker(woken.release)
+
+    def job(number: int) -> str:
+        return f'{number} {threading.current_thread().name}'
+
+    for number in range(3):
+        worker.submit(lambda number=number: job(number), lambda done: seen.append((done.value, threading.current_thread())))
+    for _ in range(3):
+        assert woken.acquire(timeout=10)
+    assert seen == []
+    worker.deliver()
+    here = threading.current_thread()
+    assert seen == [('0 worker', here), ('1 worker', here), ('2 worker', here)]
+
+
+def test_a_job_that_raises_is_delivered_as_its_error_and_the_next_one_runs() -> None:
+    woken = threading.Semaphore(0)
+    seen: list[Finished] = []
+    worker = Worker(woken.release)
+    worker.submit(lambda: 1 // 0, seen.append)
+    worker.submit(lambda: 'fine', seen.append)
+    for _ in range(2):
+        assert woken.acquire(timeout=10)
+    worker.deliver()
+    assert isinstance(seen[0].error, ZeroDivisionError) and seen[0].value is None
+    assert seen[1].error is None and seen[1].value == 'fine'
+    assert all(finished.seconds >= 0 for finished in seen)
+
+
+def test_closed_it_wakes_nobody_though_a_job_still_runs() -> None:
+    go, ended, woken = threading.Event(), threading.Event(), []
+    worker = Worker(lambda: woken.append(True))
+
+    def job() -> None:
+        go.wait(10)
+        ended.set()
+
+    worker.submit(job, lambda done: None)
+    worker.close()
+    go.set()
+    assert ended.wait(10)
+    assert worker._thread is not None
+    worker._thread.join(10)
+    assert not worker._thread.is_alive()
+    assert woken == []
