@@ -1,0 +1,124 @@
+"""The graph around one vehicle: the simulator, ArduPilot or PX4 by MAVLink, or MAVROS.
+
+    ros2 launch advise_ros advise.launch.py backend:=sim
+    ros2 launch advise_ros advise.launch.py backend:=ardupilot url:=udpin:127.0.0.1:14550 grid_file:=/path/to/grid.yaml
+    ros2 launch advise_ros advise.launch.py backend:=mavros namespace:=drone1 bag:=/tmp/session
+
+All names are relative: `namespace` moves the whole graph, and with it the MAVROS topics that are used.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from ament_index_python.packages import get_package_share_directory
+from launch import LaunchContext, LaunchDescription
+from launch.actions import DeclareLaunchArgument, OpaqueFunction
+from launch.substitutions import LaunchConfiguration
+from launch_ros.actions import Node
+from launch_ros.parameter_descriptions import ParameterValue
+
+CONFIG = Path(get_package_share_directory('advise_ros')) / 'config'
+DEFAULT_GRID, DEFAULT_PARAMETERS = str(CONFIG / 'grid_6x6.yaml'), str(CONFIG / 'advise.yaml')
+
+# Who carries the commands to the vehicle.
+CARRIERS = {
+    'sim': ('simulator', 'mavlink_bridge'),
+    'ardupilot': ('mavlink_bridge',),
+    'px4': ('mavlink_bridge',),
+    'mavros': ('guard',),
+}
+LEARNERS = ('recorder', 'advise', 'policy')
+ACTORS = ('pilot', 'expert')
+HAVE_A_GRID = ('mavlink_bridge', 'guard', *LEARNERS, *ACTORS)
+
+URLS = {'sim': 'udpin:127.0.0.1:14550', 'ardupilot': 'udpin:127.0.0.1:14550', 'px4': 'udpin:127.0.0.1:14540', 'mavros': ''}
+
+# MAVROS takes velocities through the guard only; everybody reads its position.
+MAVROS_POSE = ('pose', 'mavros/local_position/pose')
+MAVROS_COMMAND = ('guard/cmd_vel', 'mavros/setpoint_velocity/cmd_vel')
+
+ARGUMENTS = (
+    DeclareLaunchArgument('backend', default_value='sim', choices=list(CARRIERS), description='what is flown'),
+    DeclareLaunchArgument('namespace', default_value='', description='namespace of all nodes'),
+    DeclareLaunchArgument('params_file', default_value=DEFAULT_PARAMETERS, description='parameters of the nodes'),
+    DeclareLaunchArgument(
+        'grid_file', default_value='', description='grid and waypoints; empty: of the parameter file, or grid_6x6.yaml',
+    ),
+    DeclareLaunchArgument(
+        'url', default_value='', description='MAVLink connection; empty: of the parameter file, or the usual one of the backend',
+    ),
+    DeclareLaunchArgument(
+        'use_sim_time', default_value='', choices=['', 'true', 'false'], description='empty: true with backend sim only',
+    ),
+    DeclareLaunchArgument(
+        'autostart', default_value='true', choices=['true', 'false'],
+        description='backend sim: start the simulated pilot and expert too; false: a person flies (teleop) and answers',
+    ),
+    DeclareLaunchArgument('bag', default_value='', description='directory of a bag to write; empty: none'),
+    DeclareLaunchArgument('rviz', default_value='false', choices=['true', 'false'], description='show the map in RViz'),
+    DeclareLaunchArgument('log_level', default_value='info', description='debug, info, warn, error or fatal'),
+)
+
+
+def executables(backend: str, autostart: bool, bag: str) -> tuple[str, ...]:
+    """Executables of this package that run."""
+    actors = ACTORS if backend == 'sim' and autostart else ()
+    return (*CARRIERS[backend], *LEARNERS, *actors, *(('logger',) if bag else ()))
+
+
+def own_parameters(name: str, given: dict[str, str]) -> dict[str, object]:
+    """Parameters that follow from the launch arguments; they override those of the parameter file."""
+    parameters: dict[str, object] = {}
+    for parameter, value in texts(name, given).items():
+        if value:
+            parameters[parameter] = ParameterValue(value, value_type=str)
+    if name != 'simulator':  # The simulator makes the clock; it cannot follow it.
+        sim_time = given['use_sim_time'] or str(given['backend'] == 'sim').lower()
+        parameters['use_sim_time'] = sim_time == 'true'
+    return parameters
+
+
+def texts(name: str, given: dict[str, str]) -> dict[str, str]:
+    """Parameter -> value, '' where a parameter file of the user's own has the say."""
+    usual = given['params_file'] == DEFAULT_PARAMETERS
+    url = given['url'] or (URLS[given['backend']] if usual else '')
+    grid_file = given['grid_file'] or (DEFAULT_GRID if usual else '')
+    found = {'grid_file': grid_file} if name in HAVE_A_GRID else {}
+    if name == 'mavlink_bridge':
+        found['url'] = url
+    if name == 'simulator':
+        found['endpoint'] = url.replace('udpin:', 'udpout:')
+    if name == 'logger':
+        found['bag'] = given['bag']
+    return found
+
+
+def remappings(name: str, backend: str) -> list[tuple[str, str]]:
+    """MAVROS topics in place of ours."""
+    if backend != 'mavros' or name in {'advise', 'expert'}:
+        return []
+    return [MAVROS_POSE, MAVROS_COMMAND] if name == 'guard' else [MAVROS_POSE]
+
+
+def node(name: str, given: dict[str, str]) -> Node:
+    return Node(
+        package='advise_ros', executable=name, namespace=given['namespace'], output='screen', emulate_tty=True,
+        parameters=[given['params_file'], own_parameters(name, given)],
+        remappings=remappings(name, given['backend']),
+        ros_arguments=['--log-level', given['log_level']],
+    )
+
+
+def graph(context: LaunchContext) -> list[Node]:
+    """All nodes for the given arguments."""
+    given = {argument.name: LaunchConfiguration(argument.name).perform(context) for argument in ARGUMENTS}
+    names = executables(given['backend'], given['autostart'] == 'true', given['bag'])
+    nodes = [node(name, given) for name in names]
+    if given['rviz'] == 'true':
+        nodes.append(Node(package='rviz2', executable='rviz2', arguments=['-d', str(CONFIG / 'advise.rviz')]))
+    return nodes
+
+
+def generate_launch_description() -> LaunchDescription:
+    return LaunchDescription([*ARGUMENTS, OpaqueFunction(function=graph)])

@@ -1,0 +1,83 @@
+"""Parameters: what is accepted, and the sentence for what is not."""
+
+from __future__ import annotations
+
+import inspect
+import math
+from dataclasses import fields
+from typing import Any
+
+import pytest
+
+from advise_ros import config
+from advise_ros.core.errors import InputError
+
+CONFIGS = [member for name, member in inspect.getmembers(config, inspect.isclass) if name.endswith('Config')]
+SPECS = [pytest.param(spec, id=f'{owner.__name__}.{spec.name}') for owner in CONFIGS for spec in fields(owner)]
+UNITS = {'m', 's', 'hz', 'ns', 'kib', 'rad', 'deg'}
+
+
+def test_nothing_given_means_all_defaults() -> None:
+    for owner in CONFIGS:
+        assert config.build(owner, {}) == owner()
+        assert config.defaults(owner) == {spec.name: spec.default for spec in fields(owner)}
+
+
+@pytest.mark.parametrize('spec', SPECS)
+def test_every_default_is_inside_its_own_range(spec: Any) -> None:
+    assert config.check(spec, spec.default) == spec.default
+    assert spec.metadata['doc']
+
+
+@pytest.mark.parametrize('spec', SPECS)
+def test_ends_of_ranges_are_inside_and_what_lies_past_them_is_not(spec: Any) -> None:
+    for end, step in ((spec.metadata['low'], -1), (spec.metadata['high'], 1)):
+        if end is not None:
+            kind = type(spec.default)
+            assert config.check(spec, kind(end)) == end
+            with pytest.raises(InputError, match=f"'{spec.name}' is .*allowed: "):
+                config.check(spec, kind(end + step * max(1, abs(end))))
+
+
+@pytest.mark.parametrize('spec', SPECS)
+def test_a_value_of_another_type_is_named_with_its_type(spec: Any) -> None:
+    wrong = 3 if isinstance(spec.default, str) else 'three'
+    with pytest.raises(InputError, match=f"'{spec.name}' is .*{type(wrong).__name__}.*must be a {type(spec.default).__name__}"):
+        config.check(spec, wrong)
+
+
+@pytest.mark.parametrize('value', [math.nan, math.inf, -math.inf])
+def test_what_is_not_finite_is_refused(value: float) -> None:
+    with pytest.raises(InputError, match='max_speed_m_s'):
+        config.build(config.GuardConfig, {'max_speed_m_s': value})
+
+
+def test_whole_numbers_serve_for_floats_and_booleans_for_neither() -> None:
+    speed = config.build(config.GuardConfig, {'max_speed_m_s': 2}).max_speed_m_s
+    assert (speed, type(speed)) == (2.0, float)
+    for name in ('max_speed_m_s', 'rate_hz'):
+        with pytest.raises(InputError, match=f"'{name}' is True .bool."):
+            config.build(config.GuardConfig, {name: True})
+    with pytest.raises(InputError, match=r"'seed' is 1.0 .float.; it must be a int"):
+        config.build(config.AdviseConfig, {'seed': 1.0})
+
+
+def test_choices_are_told() -> None:
+    with pytest.raises(InputError, match=r"'solver' is 'simplex'; allowed: 'highs' \| 'cvxpy'"):
+        config.build(config.AdviseConfig, {'solver': 'simplex'})
+
+
+def test_a_misspelt_name_gets_the_nearest_one() -> None:
+    with pytest.raises(InputError, match="'max_sped_m_s' is unknown; did you mean 'max_speed_m_s'"):
+        config.build(config.GuardConfig, {'max_sped_m_s': 1.0})
+
+
+def test_a_name_like_no_other_gets_them_all() -> None:
+    with pytest.raises(InputError, match=r"'zzz' is unknown; known: climb_m_s, .*speed_m_s"):
+        config.build(config.TeleopConfig, {'zzz': 1.0})
+
+
+def test_a_config_cannot_be_changed() -> None:
+    for owner in CONFIGS:
+        with pytest.raises(AttributeError):
+            setattr(owner(), fields(owner)[0].name, 0)
