@@ -276,6 +276,10 @@ class ExpertConfig:
     expert_id: str = param('simulated-expert', 'name in the log of answers')
     error_rate: float = param(0.0, 'share of answers that are wrong', low=0.0, high=1.0)
     skip_rate: float = param(0.0, 'share of queries that are skipped', low=0.0, high=1.0)
+    prefer: str = param(
+        'majority', 'preferred actions: optimal in most states (plurality), or also those optimal in at least half of them',
+        choices=('majority', 'plurality'),
+    )
     avoid: str = param('never_optimal', 'avoided actions: never optimal in the cluster, or all that are not preferred', choices=('never_optimal', 'all_others'))
     thinking_time_s: float = param(0.0, 'pause before an answer', low=0.0, high=3600.0)
     seed: int = param(0, SEED_DOC, low=0, high=2**31 - 1)

@@ -25,7 +25,7 @@ class TrialSettings:
         flights: demonstrations.
         answers: queries that the expert answers.
         noise_rate, mistake_share, max_moves: of the `Demonstrator`.
-        avoid, error_rate, skip_rate: of the `SimulatedExpert`.
+        prefer, avoid, error_rate, skip_rate: of the `SimulatedExpert`.
         step_budget_factor: moves that a policy may take, times the shortest route.
     """
 
@@ -35,6 +35,7 @@ class TrialSettings:
     noise_rate: float = 0.4
     mistake_share: float = 0.2
     max_moves: int = 400
+    prefer: str = 'majority'
     avoid: str = 'never_optimal'
     error_rate: float = 0.0
     skip_rate: float = 0.0
@@ -67,7 +68,9 @@ def run_trial(grid: Grid, settings: TrialSettings, seed: int) -> TrialResult:
     session = Session(grid, replace(settings.learn, seed=seed), settings.answers)
     for demonstration in demonstrations:
         session.add(demonstration)
-    expert = SimulatedExpert(grid, rng, settings.avoid, settings.error_rate, settings.skip_rate)
+    expert = SimulatedExpert(
+        grid, rng, settings.avoid, settings.error_rate, settings.skip_rate, prefer=settings.prefer
+    )
     curve = [_succeeds(grid, settings, _learn(session))]
     while session.query is not None and len(curve) <= settings.answers:
         session.tell(expert.answer(session.query))

@@ -28,7 +28,7 @@ def trial_settings(options: DemoOptions) -> TrialSettings:
         learn=learn_settings(node_config(options.params_file, 'advise', AdviseConfig)),
         flights=options.flights, answers=options.answers,
         noise_rate=pilot.noise_rate, mistake_share=pilot.mistake_share, max_moves=pilot.max_moves,
-        avoid=expert.avoid, error_rate=expert.error_rate, skip_rate=expert.skip_rate,
+        prefer=expert.prefer, avoid=expert.avoid, error_rate=expert.error_rate, skip_rate=expert.skip_rate,
         step_budget_factor=node_config(options.params_file, 'policy', PolicyConfig).step_budget_factor,
     )
 

@@ -75,7 +75,9 @@ class ExpertNode(Node):
             raise InputError(f'it names a state outside 0 to {asked.n_states - 1}')
         rng = np.random.default_rng([self.config.seed, query.query_id])
         config = self.config
-        expert = SimulatedExpert(asked, rng, config.avoid, config.error_rate, config.skip_rate, config.expert_id)
+        expert = SimulatedExpert(
+            asked, rng, config.avoid, config.error_rate, config.skip_rate, config.expert_id, config.prefer
+        )
         return expert.answer(query)
 
     def _on_thought(self) -> None:
