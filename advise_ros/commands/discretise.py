@@ -148,8 +148,9 @@ def _demonstrations(
     found = demonstrations_of(grid, recording, settings, first=first, undivided=options.undivided)
     if not found.demonstrations:
         heights = recording.poses.positions_enu_m[:, 2]
-        highest = f'{np.nanmax(heights):.1f} m' if np.isfinite(heights).any() else 'not a number'
-        reason = '; '.join(found.notes[:REASONS_SHOWN]) or f'no flight reaches {grid.altitude_m:g} m, the highest position is {highest}'
+        highest_m = np.nanmax(heights) if np.isfinite(heights).any() else np.nan
+        too_low = f'no flight reaches {grid.altitude_m:g} m, the highest position is {highest_m:.1f} m'
+        reason = '; '.join(found.notes[:REASONS_SHOWN]) or too_low
         raise LogError(f'{recording.source} gives no demonstration on this grid: {reason}')
     return found
 

@@ -260,14 +260,11 @@ def _notes(
     """One sentence for each thing that a person should know."""
     breaks, start_ns = track.breaks[:MAX_BREAK_NOTES], numbers['start_ns']
     more = len(track.breaks) - len(breaks)
+    tolerance = f'{settings.altitude_tolerance_m:g} m off the altitude of {grid.altitude_m:g} m'
     said = (
         (numbers['used'] == 0, 'no sample lies on the grid at its altitude'),
         (numbers['nan'], f'{numbers["nan"]} positions are not numbers and were dropped'),
-        (
-            numbers['off_altitude'],
-            f'{numbers["off_altitude"]} samples more than {settings.altitude_tolerance_m:g} m off the altitude of '
-            f'{grid.altitude_m:g} m were not used',
-        ),
+        (numbers['off_altitude'], f'{numbers["off_altitude"]} samples more than {tolerance} were not used'),
         (max_gap_s > settings.max_gap_s, f'{max_gap_s:.2f} s passed between two used samples'),
         (track.states and not numbers['commands'], 'no commands were recorded: the motion decided every move'),
         (numbers['astray'], f'{numbers["astray"]} moves went elsewhere than commanded; the command is the action'),

@@ -7,13 +7,13 @@ import sys
 import time
 from collections import Counter
 
-from advise_msgs import msg
 from geometry_msgs.msg import PoseStamped, TwistStamped
 from nav_msgs.msg import Odometry
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from std_srvs.srv import Trigger
 
+from advise_msgs import msg
 from advise_ros.config import RecorderConfig
 from advise_ros.core.errors import InputError
 from advise_ros.core.flights import demonstrations_of

@@ -93,7 +93,8 @@ def _check_keys(values: Mapping[str, Any]) -> None:
     for key in values:
         if key not in known:
             near = difflib.get_close_matches(key, known, n=1)
-            raise InputError(f"key '{key}' is unknown" + (f"; did you mean '{near[0]}'?" if near else f'; known: {", ".join(known)}'))
+            hint = f"did you mean '{near[0]}'?" if near else f'known: {", ".join(known)}'
+            raise InputError(f"key '{key}' is unknown; {hint}")
     for key in REQUIRED:
         if key not in values:
             raise InputError(f"key '{key}' is missing; {EXAMPLE}")

@@ -3,7 +3,6 @@
 import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from support.flown import GRID, NS, commands_of, flight, joined, round_trip
 
 from advise_ros.core.demonstration import Demonstration, EndReason
 from advise_ros.core.discretise import DiscretiseSettings, discretise
@@ -11,6 +10,7 @@ from advise_ros.core.flights import demonstrations_of
 from advise_ros.core.grid import Grid
 from advise_ros.core.samples import PoseSamples, Recording
 from advise_ros.core.tracker import CellTracker
+from support.flown import GRID, NS, commands_of, flight, joined, round_trip
 
 SETTINGS = DiscretiseSettings()
 OPEN = Grid(2.0, 5, 5, (-1.0, -1.0), 5.0, waypoints=(24, 4, 20, 0))

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
-from support.flown import GRID, flight, round_trip
 
 from advise_ros.core.discretise import DiscretiseSettings
 from advise_ros.core.errors import LogError
@@ -17,6 +16,7 @@ from advise_ros.core.flights import demonstrations_of
 from advise_ros.core.samples import Recording
 from advise_ros.recording.bags import BagTopics, read_bag
 from advise_ros.recording.sources import read_recording
+from support.flown import GRID, flight, round_trip
 
 STORE = get_typestore(Stores.ROS2_JAZZY)
 MESSAGES = Path(__file__).parents[2] / 'msg_defs' / 'msg'
@@ -172,10 +172,10 @@ def test_broken_bags_are_refused_in_one_sentence(tmp_path: Path) -> None:
 def test_what_is_no_bag(tmp_path: Path) -> None:
     with pytest.raises(LogError, match='there is no such file'):
         read_recording(tmp_path / 'none.mcap')
-    with pytest.raises(LogError, match='no metadata.yaml; name a bag directory'):
+    with pytest.raises(LogError, match=r'no metadata\.yaml; name a bag directory'):
         read_recording(tmp_path)
     (tmp_path / 'a.mcap').write_bytes(b'x')
-    with pytest.raises(LogError, match='name the file inside it: a.mcap'):
+    with pytest.raises(LogError, match=r'name the file inside it: a\.mcap'):
         read_recording(tmp_path)
     with pytest.raises(LogError, match='a part of a bag'):
         read_recording(tmp_path / 'b.db3')

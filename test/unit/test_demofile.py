@@ -5,13 +5,13 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from support.flown import GRID, flight, joined, round_trip
 
 from advise_ros.core.demonstration import Demonstration, standing
 from advise_ros.core.discretise import DiscretiseSettings
 from advise_ros.core.errors import InputError
 from advise_ros.core.flights import demonstrations_of
 from advise_ros.recording.demofile import load_demonstrations, save_demonstrations, to_record
+from support.flown import GRID, flight, joined, round_trip
 
 
 def two() -> tuple[Demonstration, ...]:
@@ -58,7 +58,10 @@ def test_malformed_entries_are_named(tmp_path: Path, change: dict[str, Any], exp
     assert expected in str(caught.value) and str(path) in str(caught.value)
 
 
-@pytest.mark.parametrize(('text', 'expected'), [('{', 'not JSON'), ('{}', 'not a list'), ('[3]', 'entry 0 is malformed'), ('[{}]', "'stamps_ns' is missing")])
+@pytest.mark.parametrize(
+    ('text', 'expected'),
+    [('{', 'not JSON'), ('{}', 'not a list'), ('[3]', 'entry 0 is malformed'), ('[{}]', "'stamps_ns' is missing")],
+)
 def test_other_files_are_refused(tmp_path: Path, text: str, expected: str) -> None:
     path = tmp_path / 'demos.json'
     path.write_text(text)

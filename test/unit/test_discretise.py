@@ -4,19 +4,21 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.flown import GRID, NS, PERIOD_NS, START_NS, commands_of, flight, round_trip, track
 
 from advise_ros.core.demonstration import Demonstration, EndReason
 from advise_ros.core.discretise import DiscretiseSettings, direction, discretise
 from advise_ros.core.grid import Action, Grid
 from advise_ros.core.samples import NO_COMMANDS, CommandSamples, PoseSamples, Recording
+from support.flown import GRID, NS, PERIOD_NS, START_NS, commands_of, flight, round_trip, track
 
 SETTINGS = DiscretiseSettings()
 ALL = (0, 2**62)
 N, E, S, W = Action
 
 
-def run(recording: Recording, grid: Grid = GRID, settings: DiscretiseSettings = SETTINGS, window_ns: tuple[int, int] = ALL) -> Demonstration:
+def run(
+    recording: Recording, grid: Grid = GRID, settings: DiscretiseSettings = SETTINGS, window_ns: tuple[int, int] = ALL,
+) -> Demonstration:
     return discretise(grid, recording, window_ns, settings, 'flight-001', EndReason.END_OF_LOG)
 
 
@@ -157,7 +159,10 @@ def test_a_window_without_positions_says_so() -> None:
 
 @pytest.mark.parametrize(
     ('velocity', 'expected'),
-    [((1.0, 0.2), E), ((-1.0, 0.2), W), ((0.2, 1.0), N), ((0.2, -1.0), S), ((1.0, 0.95), None), ((0.0, 0.0), None), ((1.0, 0.89), E)],
+    [
+        ((1.0, 0.2), E), ((-1.0, 0.2), W), ((0.2, 1.0), N), ((0.2, -1.0), S),
+        ((1.0, 0.95), None), ((0.0, 0.0), None), ((1.0, 0.89), E),
+    ],
 )
 def test_directions(velocity: tuple[float, float], expected: Action | None) -> None:
     assert direction(*velocity, 0.1) == expected

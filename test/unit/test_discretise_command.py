@@ -9,7 +9,8 @@ from advise_ros.recording.demofile import load_demonstrations
 from advise_ros.recording.gridfile import load_grid
 
 ROOT = Path(__file__).parents[2]
-LOG, BAG, GRID = (str(ROOT / name) for name in ('bags/arducopter_flight1.tlog', 'bags/arducopter_five_flights', 'config/grid_6x6.yaml'))
+LOG, BAG = (str(ROOT / 'bags' / name) for name in ('arducopter_flight1.tlog', 'arducopter_five_flights'))
+GRID = str(ROOT / 'config' / 'grid_6x6.yaml')
 
 
 def test_log_and_bag_become_one_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -1,7 +1,6 @@
 """Where flights begin and end."""
 
 import numpy as np
-from support.flown import GRID, NS, START_NS, flight, joined, round_trip
 
 from advise_ros.core.cut import Cutter
 from advise_ros.core.demonstration import EndReason
@@ -9,6 +8,7 @@ from advise_ros.core.discretise import DiscretiseSettings
 from advise_ros.core.flights import demonstrations_of, split, waypoints_reached, whole
 from advise_ros.core.grid import Grid
 from advise_ros.core.samples import NO_COMMANDS, PoseSamples, Recording, VehicleEvent
+from support.flown import GRID, NS, START_NS, flight, joined, round_trip
 
 SECOND_NS = 5000 * NS
 BOTH = joined(flight(GRID, round_trip()), flight(GRID, round_trip()[:4], SECOND_NS))

@@ -74,7 +74,10 @@ def test_a_missing_key_is_named(tmp_path: Path, key: str) -> None:
 
 @pytest.mark.parametrize(
     ('text', 'expected'),
-    [('{', 'not a YAML file'), ('', "no mapping 'grid'"), ('[1]', "no mapping 'grid'"), ('grid: 3', "no mapping 'grid'"), ('a: 1\ngrid: {}', "'a' is unknown")],
+    [
+        ('{', 'not a YAML file'), ('', "no mapping 'grid'"), ('[1]', "no mapping 'grid'"), ('grid: 3', "no mapping 'grid'"),
+        ('a: 1\ngrid: {}', "'a' is unknown"),
+    ],
 )
 def test_other_files_are_refused(tmp_path: Path, text: str, expected: str) -> None:
     with pytest.raises(InputError, match=expected):

@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
-from support.flown import GRID, NS, START_NS, flight, joined, round_trip
 
 from advise_ros.core.demonstration import Demonstration, EndReason
 from advise_ros.core.discretise import DiscretiseSettings, discretise
 from advise_ros.core.flights import demonstrations_of
 from advise_ros.core.recorder import KEEP, SETTLE_S, Phase, Recorder
 from advise_ros.core.samples import Recording
+from support.flown import GRID, NS, START_NS, flight, joined, round_trip
 
 SETTINGS = DiscretiseSettings()
 SECOND_NS = 5000 * NS
