@@ -30,6 +30,7 @@ from advise_ros.ros.convert import MAP_FRAME, stamp_from_ns
 from advise_ros.ros.diagnostics import Diagnostics
 
 STATUS_PERIOD_S = 1.0
+NO_CLOCK = 'a clock: use_sim_time is set, but nothing is heard on /clock'
 
 
 class MavlinkBridge(Node):
@@ -213,6 +214,8 @@ class MavlinkBridge(Node):
 
     def _publish_status(self, now_s: float) -> None:
         status = self._companion.status(now_s)
+        if status.connected and self.get_clock().now().nanoseconds <= 0:  # Poses have no stamps yet.
+            status = status._replace(commandable=False, waiting_for=NO_CLOCK)
         if status == self._status and now_s - self._status_s < STATUS_PERIOD_S:
             return
         self._status, self._status_s = status, now_s

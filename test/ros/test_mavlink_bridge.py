@@ -9,8 +9,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped, TwistStamped
+from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import BatteryState
 from std_srvs.srv import SetBool, Trigger
 
@@ -165,6 +167,23 @@ def test_garbage_reaches_no_pose_and_a_mode_of_somebody_elses_ends_the_commandin
         wait_status(graph, lambda s: s.mode == 'RTL', new=True)  # A second later:
         assert not peer.copter.setpoints
         assert peer.copter.mode == RTL
+
+
+def test_simulated_time_without_a_clock_is_waited_for_in_words(graph: Graph, free_udp_port: int) -> None:
+    start(graph, free_udp_port, use_sim_time=True)
+    clock = graph.publisher('/clock', Clock, qos.COMMAND)
+    with UdpPeer(ScriptedCopter(), free_udp_port):
+        status = wait_status(graph, lambda s: s.connected)
+        assert status.waiting_for == 'a clock: use_sim_time is set, but nothing is heard on /clock'
+        poses = graph.listen('pose', PoseStamped, qos.SENSOR_DEEP)
+
+        def stamped() -> bool:
+            clock.publish(Clock(clock=Time(sec=70)))
+            return bool(poses)
+
+        graph.wait_until(stamped, what='a pose')
+        assert 69 <= poses[0].header.stamp.sec <= 71
+        wait_status(graph, lambda s: s.ready and s.waiting_for == '')
 
 
 def test_a_port_in_use_ends_it_and_a_take_off_without_an_altitude_is_refused(graph: Graph, free_udp_port: int) -> None:
