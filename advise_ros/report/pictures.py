@@ -22,6 +22,8 @@ ORANGE, SKY, GREEN, YELLOW = '#E69F00', '#56B4E9', '#009E73', '#F0E442'
 BLUE, VERMILION, PURPLE, GREY = '#0072B2', '#D55E00', '#CC79A7', '#999999'
 CLUSTER_COLOURS = (SKY, ORANGE, GREEN, YELLOW, PURPLE, BLUE, VERMILION, GREY, '#B0D0A0', '#C8B8E8', '#E8D8B0', '#A0C8C8')
 PANEL_IN = 2.1
+ARROW_CELLS = 0.44
+SHORTEST_ARROW_CELLS = 0.03
 
 
 @dataclass(frozen=True)
@@ -80,18 +82,22 @@ def draw_cells(axes: Axes, grid: Grid, layer: int, colour: Callable[[int], str |
 
 def draw_arrows(axes: Axes, grid: Grid, layer: int, strength: FloatArray, colour: str) -> None:
     """An arrow per cell and action, as long as `strength` (n_states, n_actions) in 0..1 says."""
+    tails, vectors = [], []
     for cell in range(grid.n_cells):
         state = grid.state(layer, cell)
         if grid.is_terminal(state):
             continue
         x, y = grid.xy(cell)
         for action, (dx, dy) in enumerate(ACTION_STEP):
-            length = 0.38 * float(strength[state, action])
-            if length > 0.03:
-                axes.annotate(
-                    '', xy=(x + 0.5 + dx * length, y + 0.5 + dy * length), xytext=(x + 0.5, y + 0.5), zorder=4,
-                    arrowprops={'arrowstyle': '-|>', 'color': colour, 'linewidth': 1.2, 'mutation_scale': 7, 'shrinkA': 0, 'shrinkB': 0},
-                )
+            length = ARROW_CELLS * float(strength[state, action])
+            if length > SHORTEST_ARROW_CELLS:
+                tails.append((x + 0.5, y + 0.5))
+                vectors.append((dx * length, dy * length))
+    if tails:
+        axes.quiver(
+            *np.transpose(tails), *np.transpose(vectors), color=colour, angles='xy', scale_units='xy', scale=1,
+            width=0.05, units='xy', headwidth=3.2, headlength=3.2, headaxislength=3.0, minlength=0, zorder=4,
+        )
 
 
 def one_hot(greedy: npt.NDArray[np.uint8], n_actions: int) -> FloatArray:

@@ -30,6 +30,8 @@ from advise_ros.ros import qos
 
 T = TypeVar('T')
 POLL_S = 0.02
+# Questions and policies can follow one another faster than they are read here; none is to be missed.
+EVERY_ONE = 1000
 
 
 class GraphTimeoutError(AdviseError):
@@ -75,8 +77,8 @@ class GraphClient:
         listen(VehicleStatus, 'vehicle_status', lambda m: setattr(self, 'vehicle', m), qos.latched())
         listen(LearnerStatus, 'advise/status', lambda m: setattr(self, 'learner', m), qos.latched())
         listen(FlightStatus, 'policy/status', lambda m: setattr(self, 'flight', m), qos.latched())
-        listen(AdviceQuery, 'advise/query', self._on_query, qos.latched())
-        listen(Policy, 'advise/policy', lambda m: self.policies.__setitem__(m.version, m), qos.latched())
+        listen(AdviceQuery, 'advise/query', self._on_query, qos.latched(EVERY_ONE))
+        listen(Policy, 'advise/policy', lambda m: self.policies.__setitem__(m.version, m), qos.latched(EVERY_ONE))
         listen(Advice, 'advise/advice_log', self.advice.append, qos.ADVICE_LOG)
         listen(
             Demonstration, 'demonstration', lambda m: self.demonstrations.__setitem__(m.demonstration_id, m),
