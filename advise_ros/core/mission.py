@@ -7,7 +7,7 @@ from enum import Enum
 from typing import NamedTuple
 
 ATTEMPTS = 3
-RETRY_S = 2.0
+RETRY_S = 1.0
 ABSENT_RETRY_S = 0.2
 # A vehicle that takes no commands in flight may do so again (a short loss of the link).
 GRACE_S = 5.0

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 import time
+from functools import partial
 from typing import NamedTuple
 
 from geometry_msgs.msg import PoseStamped, TwistStamped
@@ -43,7 +44,7 @@ from advise_ros.ros.flying import (
 HOLD_S = 1.0
 DIAGNOSE_TICKS = 5
 # A goal waits this long for a policy or a pose before it is refused.
-START_PATIENCE_S = 2.0
+START_PATIENCE_S = 1.0
 
 
 class Flying(NamedTuple):
@@ -111,7 +112,7 @@ class PolicyNode(Node):
         self.create_subscription(PoseStamped, 'pose', self._on_pose, NEWEST_POSE)
         self.create_service(Trigger, 'policy/stop', self._on_stop)
         self._action = ActionServer(
-            self, Fly, 'policy/fly', self._execute, callback_group=ReentrantCallbackGroup(),
+            self, Fly, 'policy/fly', _begun_on_acceptance, callback_group=ReentrantCallbackGroup(),
             goal_callback=self._on_goal, handle_accepted_callback=self._on_accepted, cancel_callback=self._on_cancel,
         )
         period_s = 1.0 / self.config.watchdog_rate_hz
@@ -230,11 +231,10 @@ class PolicyNode(Node):
         self._flying = Flying(flight, self._policy.version, self._pose.stamp_ns, goal, Future())
         self._pose_missing = False
         self._teller.begin(flight, self._policy.version, self._pose.stamp_ns)
-        goal.execute()
+        goal.execute(partial(self._execute, self._flying.ended))
 
-    async def _execute(self, goal: ServerGoalHandle) -> Fly.Result:
-        assert self._flying is not None
-        result: Fly.Result = await self._flying.ended
+    async def _execute(self, ended: Future, goal: ServerGoalHandle) -> Fly.Result:
+        result: Fly.Result = await ended
         if result.success:
             goal.succeed()
         elif goal.is_cancel_requested:
@@ -295,6 +295,10 @@ class PolicyNode(Node):
             'flights': self._teller.status.flight_id, 'poses refused': self._gate.refused,
         }
         self._diagnostics.set(WARN if said else OK, said or ('flying' if self._flying else 'ready to fly'), values)
+
+
+def _begun_on_acceptance(goal: ServerGoalHandle) -> Fly.Result:
+    raise AssertionError('a flight begins when its goal is accepted')
 
 
 def main() -> None:

@@ -28,7 +28,8 @@ legs = st.builds(
     lambda start, length, along_x, run_on, corner: Leg(
         start, (start[0] + length * along_x, start[1] + length * (not along_x)), max(abs(length), 0.1), run_on, corner,
     ),
-    st.tuples(some_metres, some_metres), st.sampled_from([-2.0, 0.0, 0.5, 2.0]), st.booleans(), st.floats(0.0, 10.0), st.booleans(),
+    st.tuples(some_metres, some_metres), st.sampled_from([-2.0, 0.0, 0.5, 2.0]), st.booleans(),
+    st.floats(0.0, 10.0), st.booleans(),
 )
 
 

@@ -1,31 +1,184 @@
 """The policy node against a vehicle of plain arithmetic."""
 
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import yaml
 from action_msgs.msg import GoalStatus
+from diagnostic_msgs.msg import DiagnosticArray
+from std_srvs.srv import Trigger
 
 from advise_msgs.action import Fly
 from advise_msgs.msg import FlightStatus, Policy
+from advise_ros.config import PolicyConfig
+from advise_ros.core.grid import Action, Grid
+from advise_ros.core.mover import Pose
+from advise_ros.core.policy_flight import FlightPlan, PolicyFlight
+from advise_ros.recording.gridfile import grid_to_mapping
 from advise_ros.ros import qos
+from advise_ros.ros.convert import stamp_to_ns
 from support.graph import Graph
 from support.mock_bridge import MockBridge
 from support.policies import best, policy_message, square
 
 
-def publish_policy(graph: Graph, message: Policy) -> None:
-    publisher = graph.publisher('advise/policy', Policy, qos.latched())
-    publisher.publish(message)
+def publish_policy(graph: Graph, grid: Grid, greedy: tuple[int, ...], version: int = 1) -> None:
+    graph.publisher('advise/policy', Policy, qos.latched()).publish(policy_message(grid, greedy, version))
 
 
-def test_a_policy_flies_to_the_final_waypoint(graph: Graph) -> None:
+def wait_for_status(graph: Graph, words: str) -> FlightStatus:
+    return graph.wait_for('policy/status', FlightStatus, lambda s: words in s.message, qos.latched())
+
+
+def fly(graph: Graph, **goal: int) -> Fly.Result:
+    handle = graph.send_goal(Fly, 'policy/fly', Fly.Goal(**goal))
+    assert handle.accepted
+    return graph.result(handle).result
+
+
+def test_a_flight_and_its_commands_can_be_rebuilt_from_the_poses(graph: Graph) -> None:
     grid = square()
-    bridge = MockBridge(graph, grid)
-    graph.start('policy')
-    publish_policy(graph, policy_message(grid, best(grid), version=7))
+    bridge = MockBridge(graph, grid, speedup=20.0)
+    statuses = graph.listen('policy/status', FlightStatus, qos.latched(100))
+    graph.start('policy', {'speed_m_s': 2.0})
+    publish_policy(graph, grid, best(grid), version=7)
     feedback: list[Fly.Feedback] = []
-    handle = graph.send_goal(Fly, 'policy/fly', Fly.Goal(start_cell=0), feedback.append)
+    handle = graph.send_goal(Fly, 'policy/fly', Fly.Goal(start_cell=0, policy_version=7), feedback.append)
     assert handle.accepted
     ended = graph.result(handle)
     result = ended.result
-    assert ended.status == GoalStatus.STATUS_SUCCEEDED and result.success and result.phase == FlightStatus.SUCCEEDED
-    assert (result.steps, result.waypoints_reached, result.policy_version) == (8, 4, 7)
-    print('seconds', result.seconds, len(bridge.commands))
-    assert [f.steps for f in feedback if f.steps] == sorted(f.steps for f in feedback if f.steps)
+    assert ended.status == GoalStatus.STATUS_SUCCEEDED
+    assert (result.success, result.phase, result.steps) == (True, FlightStatus.SUCCEEDED, 8)
+    assert (result.waypoints_reached, result.policy_version, result.flight_id) == (4, 7, 1)
+    assert [f.steps for f in feedback] == sorted(f.steps for f in feedback)
+    graph.wait_until(lambda: statuses[-1].phase == FlightStatus.SUCCEEDED)
+    assert [s.phase for s in statuses if s.flight_id == 1][:1] == [FlightStatus.TO_START]
+    assert {s.start_cell for s in statuses if s.flight_id == 1} == {0}
+
+    flight = PolicyFlight(FlightPlan(grid, best(grid), start_cell=0), PolicyConfig(speed_m_s=2.0).seek_settings())
+    end_ns = stamp_to_ns(statuses[-1].header.stamp)
+    flown = [c for c in bridge.commands if stamp_to_ns(c.header.stamp) <= end_ns]
+    assert len(flown) > 40
+    for command in flown:
+        stamp_ns = stamp_to_ns(command.header.stamp)
+        velocity = flight.step(Pose(stamp_ns, bridge.poses[stamp_ns]))
+        assert velocity == (command.twist.linear.x, command.twist.linear.y, command.twist.linear.z)
+        assert command.header.frame_id == 'map'
+    assert flight.phase == FlightStatus.SUCCEEDED
+    after = bridge.commands[len(flown):]
+    assert all(stamp_to_ns(c.header.stamp) not in bridge.poses and c.twist.linear.x == c.twist.linear.y == 0.0 for c in after)
+
+
+def test_flights_that_cannot_begin_are_refused_in_words(graph: Graph, tmp_path: Path) -> None:
+    grid = square()
+    path = tmp_path / 'grid.yaml'
+    path.write_text(yaml.safe_dump({'grid': grid_to_mapping(grid)}))
+    policy = graph.start('policy', {'grid_file': str(path)})
+
+    def refused(words: str, **goal: int) -> None:
+        assert not graph.send_goal(Fly, 'policy/fly', Fly.Goal(**goal)).accepted
+        assert words in wait_for_status(graph, words).message
+
+    refused('waiting for a policy')
+    other = replace(grid, altitude_m=9.0)
+    publish_policy(graph, other, best(other))
+    graph.wait_until(lambda: 'its grid is not that of grid_file' in policy.text)
+    refused('policy 1 is not flown: its grid is not that of grid_file')
+    publish_policy(graph, grid, best(grid)[:5], version=2)
+    graph.wait_until(lambda: '5 actions for the 36 states' in policy.text)
+    publish_policy(graph, grid, best(grid), version=3)
+    refused('no pose arrives')
+    bridge = MockBridge(graph, grid)
+    refused('policy 4 is asked for, 3 is the newest one here', policy_version=4)
+    refused('start cell 99 is blocked or outside', start_cell=99)
+    bridge.frame_id = 'odom'
+    diagnosis = graph.wait_for(
+        '/diagnostics', DiagnosticArray, lambda m: any("poses are in frame 'odom'" in s.message for s in m.status),
+    )
+    assert diagnosis.status[0].name == '/policy'
+    bridge.frame_id = 'map'
+    bridge.vehicle.position[0] = math.nan
+    graph.wait_for('/diagnostics', DiagnosticArray, lambda m: any('a pose is not a number' in s.message for s in m.status))
+    bridge.vehicle.position[0], bridge.vehicle.velocity[0] = 0.0, 0.0
+    bridge.in_air = False
+    bridge.publish_status()
+    graph.wait_for('/diagnostics', DiagnosticArray, lambda m: any(s.message == 'ready to fly' for s in m.status), new=True)
+    refused('the vehicle takes no commands: take off first')
+    assert not bridge.commands
+
+
+def test_holding_by_cancel_stop_and_the_vehicle_itself(graph: Graph) -> None:
+    grid = square()
+    bridge = MockBridge(graph, grid, speedup=2.0)
+    graph.start('policy', {'watchdog_rate_hz': 50.0})
+
+    def take_off_and_fly() -> object:
+        bridge.in_air = True
+        bridge.publish_status()
+        publish_policy(graph, grid, best(grid))
+        handle = graph.send_goal(Fly, 'policy/fly', Fly.Goal(start_cell=-1))
+        assert handle.accepted
+        graph.wait_until(lambda: abs(bridge.vehicle.velocity[0]) + abs(bridge.vehicle.velocity[1]) > 0.5, what='motion')
+        return handle
+
+    def holds() -> bool:
+        linear = bridge.commands[-1].twist.linear
+        return (linear.x, linear.y, linear.z) == (0.0, 0.0, 0.0)
+
+    handle = take_off_and_fly()
+    assert not graph.send_goal(Fly, 'policy/fly', Fly.Goal()).accepted
+    wait_for_status(graph, 'a flight is under way')
+    graph.wait_future(handle.cancel_goal_async())
+    ended = graph.result(handle)
+    assert (ended.status, ended.result.phase) == (GoalStatus.STATUS_CANCELED, FlightStatus.CANCELED)
+    graph.wait_until(holds)
+
+    handle = take_off_and_fly()
+    assert 'is stopped' in graph.call(Trigger, 'policy/stop').message
+    ended = graph.result(handle)
+    assert (ended.status, ended.result.phase) == (GoalStatus.STATUS_ABORTED, FlightStatus.STOPPED)
+    graph.wait_until(holds)
+    assert graph.call(Trigger, 'policy/stop').message == 'no flight was under way'
+
+    handle = take_off_and_fly()
+    bridge.in_air = False
+    bridge.publish_status()
+    result = graph.result(handle).result
+    assert (result.phase, result.message) == (FlightStatus.STOPPED, 'the vehicle takes no commands any more (it is disarmed)')
+
+
+def test_it_holds_while_poses_are_missing_and_goes_on_when_they_return(graph: Graph) -> None:
+    grid = square()
+    bridge = MockBridge(graph, grid, speedup=10.0, status=False)
+    graph.start('policy', {'pose_timeout_s': 0.2, 'watchdog_rate_hz': 50.0, 'speed_m_s': 2.0})
+    publish_policy(graph, grid, best(grid))
+    handle = graph.send_goal(Fly, 'policy/fly', Fly.Goal(start_cell=-1))
+    assert handle.accepted, 'without vehicle_status (another bridge) it flies too'
+    graph.wait_until(lambda: bridge.commands and abs(bridge.commands[-1].twist.linear.x) > 0.5)
+    bridge.sending = False
+    assert wait_for_status(graph, 'holding: no pose for 0.2 s').phase == FlightStatus.FLYING
+    graph.wait_until(lambda: bridge.commands[-1].twist.linear.x == 0.0)
+    bridge.sending = True
+    assert graph.result(handle).result.success
+
+
+def test_a_failing_policy_ends_by_itself_and_the_next_one_flies(graph: Graph) -> None:
+    grid = square()
+    MockBridge(graph, grid, speedup=20.0)
+    graph.start('policy', {'speed_m_s': 2.0})
+    state = grid.state(0, 1)
+    publish_policy(graph, grid, (*best(grid)[:state], int(Action.SOUTH), *best(grid)[state + 1:]))
+    result = fly(graph, start_cell=-1)
+    assert (result.success, result.phase, result.steps) == (False, FlightStatus.BUDGET_SPENT, 1)
+    assert 'stays in cell [1, 0] for ever' in result.message
+    publish_policy(graph, grid, best(grid), version=2)
+    result = fly(graph, start_cell=0, policy_version=2)
+    assert (result.success, result.flight_id, result.policy_version) == (True, 2, 2)
+
+
+def test_a_wrong_parameter_ends_it_in_one_sentence(graph: Graph) -> None:
+    policy = graph.start('policy', {'speed_m_s': 900.0})
+    assert policy.wait_exit() == 2
+    assert "parameter 'speed_m_s' is 900.0; allowed: 0.05 to 20" in policy.text
+    assert 'Traceback' not in policy.text

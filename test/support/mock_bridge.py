@@ -22,6 +22,7 @@ class MockBridge:
 
     Attributes:
         commands: every command heard, with its stamp.
+        poses: every position sent, by its stamp in ns.
         sending: poses go out; set it to False to cut them off.
         refusal: what the services answer, empty to accept.
         takeoffs, landings: calls accepted.
@@ -36,6 +37,7 @@ class MockBridge:
         self.sending, self.refusal = True, ''
         self.takeoffs = self.landings = 0
         self.commands: list[TwistStamped] = []
+        self.poses: dict[int, Vector] = {}
         self.strange: list[TwistStamped] = []
         self.now_ns = NS
         self._command: Vector = (0.0, 0.0, 0.0)
@@ -92,5 +94,5 @@ class MockBridge:
         message.header.frame_id = self.frame_id
         message.header.stamp = stamp_from_ns(self.now_ns)
         at = message.pose.position
-        at.x, at.y, at.z = self.vehicle.position
+        at.x, at.y, at.z = self.poses[self.now_ns] = tuple(self.vehicle.position)
         self._poses.publish(message)

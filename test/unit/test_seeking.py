@@ -39,7 +39,8 @@ def test_far_away_it_cruises_and_near_a_stop_it_slows() -> None:
 
 
 def test_a_centre_on_a_straight_run_is_passed_at_speed_and_a_corner_between_that_and_a_stop() -> None:
-    stop, corner, straight = (at(1.9, 0.0, leg=EAST._replace(corner=c, run_on_m=r))[0] for c, r in ((False, 0.0), (True, 0.0), (True, 4.0)))
+    ends = (EAST, EAST._replace(corner=True), EAST._replace(corner=True, run_on_m=4.0))
+    stop, corner, straight = (at(1.9, 0.0, leg=leg)[0] for leg in ends)
     assert stop < corner < straight == SETTINGS.speed_m_s
 
 
