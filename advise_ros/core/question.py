@@ -68,8 +68,9 @@ def _would(greedy: Ints) -> str:
 
 def _why(taken: Ints, laplace: float) -> str:
     """Few visits or disagreement: whether the pseudo-counts outweigh what was seen (F mixes the two)."""
-    visits = taken.sum(axis=1)
-    if visits.mean() <= N_ACTIONS * laplace:
-        return f'It is unsure because you were seldom there ({visits.mean():.1f} moves a cell).'
-    return f'It is unsure because your moves there disagree ({visits.sum()} moves).'
+    moves, cells = int(taken.sum()), len(taken)
+    amount = f'{moves} move in all' if moves == 1 else f'{moves} moves in all'
+    if moves <= N_ACTIONS * laplace * cells:
+        return f'It is unsure because you were seldom there ({amount}).'
+    return f'It is unsure because your moves there disagree ({amount}).'
 

@@ -17,14 +17,14 @@ def test_it_says_where_what_was_flown_what_would_be_flown_and_why() -> None:
     states = [ROUND_TRIP.state(1, cell) for cell in (1, 2, 5)]
     assert _asked(states, [[10, 12, 3, 0]] * 3, [EAST] * 3) == (
         'In 3 cells on the way to waypoint 2 (columns 1-2, rows 0-1) you flew EAST 48 %, NORTH 40 %, SOUTH 12 %; '
-        'the drone would fly EAST. It is unsure because your moves there disagree (75 moves). '
+        'the drone would fly EAST. It is unsure because your moves there disagree (75 moves in all). '
         'Which direction is right there, and which is wrong?'
     )
 
 
 def test_few_visits_are_told_from_disagreement() -> None:
-    assert 'you were seldom there (2.0 moves a cell)' in _asked([1], [[2, 0, 0, 0]], [NORTH])
-    assert 'your moves there disagree (40 moves)' in _asked([1], [[20, 20, 0, 0]], [NORTH])
+    assert 'you were seldom there (1 move in all)' in _asked([1], [[1, 0, 0, 0]], [NORTH])
+    assert 'your moves there disagree (40 moves in all)' in _asked([1], [[20, 20, 0, 0]], [NORTH])
 
 
 def test_a_cell_that_was_never_flown_over() -> None:
