@@ -36,8 +36,7 @@ def packages(shell: Shell, venv: Path, system: bool) -> None:
     shell.run('colcon build', command, env)
     _write_environment(shell, venv, env, system)
     shell.say('first import of everything')
-    writing = {name: value for name, value in env.items() if name != 'PYTHONDONTWRITEBYTECODE'}
-    shell.try_run(['sh', '-c', f'. {shlex.quote(str(venv / "environment.sh"))} && exec python tools/warm.py'], writing)
+    shell.try_run(['sh', '-c', f'. {shlex.quote(str(venv / "environment.sh"))} && exec python tools/warm.py'], env)
     marker.unlink()
 
 
@@ -60,7 +59,8 @@ def build_env(venv: Path, system: bool) -> dict[str, str]:
     env = dict(os.environ) if system else plain_env()
     env['PATH'] = f'{venv / "bin"}{os.pathsep}{env["PATH"]}'
     env['VIRTUAL_ENV'] = str(venv)
-    env.pop('COLCON_DEFAULTS_FILE', None)
+    for name in ('COLCON_DEFAULTS_FILE', 'PYTHONDONTWRITEBYTECODE'):
+        env.pop(name, None)
     if not system:
         env['AMENT_PREFIX_PATH'] = env['CMAKE_PREFIX_PATH'] = str(venv)
         if headers(venv):

@@ -79,9 +79,9 @@ def _install_fast(shell: Shell, venv: Path, wanted: Path) -> bool:
     pip = [python, '-m', 'pip', 'install', '--quiet', '--retries', '2', '--no-compile', '--require-hashes']
     code, output = shell.try_run([*pip, '-r', bootstrap], env)
     if code:
-        if 'no matching distribution' in output.lower() or prerequisites.reason(output) is None:
-            return False
-        raise SetupError(f'installing packages failed: {prerequisites.reason(output)} (log: {shell.log})')
+        if prerequisites.unreachable(output):
+            raise SetupError(f'installing packages failed: {prerequisites.reason(output)} (log: {shell.log})')
+        return False
     settings = pip_settings(shell, python)
     if 'no-index' in settings:
         return False

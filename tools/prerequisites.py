@@ -72,7 +72,7 @@ def reason(output: str) -> str | None:
     lowered = output.lower()
     if 'no space left on device' in lowered or 'disk quota exceeded' in lowered:
         return 'the disk is full; free some space and run this again'
-    if any(sign in lowered for sign in NO_NETWORK):
+    if unreachable(output) or any(sign in lowered for sign in NOT_OFFERED):
         return 'a package could not be downloaded; check the network (and the proxy or index settings of pip) and run this again'
     if 'hash' in lowered and 'mismatch' in lowered:
         return 'a downloaded package is not the one that requirements/lock.txt names; check the index settings of pip'
@@ -81,12 +81,18 @@ def reason(output: str) -> str | None:
     return None
 
 
+def unreachable(output: str) -> bool:
+    """True when a command failed because it could not reach the package index."""
+    return any(sign in output.lower() for sign in NO_CONNECTION)
+
+
 def python_headers() -> str:
     number = f'{sys.version_info.major}.{sys.version_info.minor}'
     return f'the header files of Python {number} are missing: sudo apt install python{number}-dev'
 
 
-NO_NETWORK = (
+NOT_OFFERED = ('no matching distribution found', 'could not find a version that satisfies')
+NO_CONNECTION = (
     'temporary failure in name resolution',
     'name or service not known',
     'failed to establish a new connection',
@@ -98,8 +104,6 @@ NO_NETWORK = (
     'dns error',
     'error sending request',
     'failed to fetch',
-    'no matching distribution found',
-    'could not find a version that satisfies',
     'cannot connect to proxy',
     'proxyerror',
 )
