@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from advise_ros.core import contradictions, reference, solve
+from advise_ros.core import contradictions, solve
 from advise_ros.core.advice import AdviceRecord
 from advise_ros.core.errors import InputError
 from advise_ros.core.learn_settings import LearnSettings
@@ -12,7 +12,6 @@ from advise_ros.core.mdp import Mdp, boltzmann, greedy, plan
 from advise_ros.core.numerics import Floats, Ints
 from advise_ros.core.program import Evidence, Problem, Solution, pose
 
-SOLVERS = {'highs': solve.solve, 'cvxpy': reference.solve}
 # More slack than this share of delta is advice not met, less is the solver's tolerance.
 SLACK_SHARE = 1e-3
 # So dear that slack means: no reward does without it.
@@ -56,7 +55,7 @@ def infer(mdp: Mdp, favourite: Ints, records: tuple[AdviceRecord, ...], settings
     """
     problem = pose(mdp, Evidence(favourite, contradictions.preferences(records)), settings.terms)
     try:
-        solution = SOLVERS[settings.solver](problem)
+        solution = _solve(problem, settings.solver)
     except solve.InfeasibleError:
         raise InputError(_refusal(contradictory(problem, records))) from None
     unmet = slack_states(problem, solution)
@@ -65,6 +64,14 @@ def infer(mdp: Mdp, favourite: Ints, records: tuple[AdviceRecord, ...], settings
         solution.reward, value, q, greedy(q), boltzmann(q, settings.temperature), solution.objective, unmet,
         contradictory(problem, records) if len(unmet) else contradictions.among(records, ()),
     )
+
+
+def _solve(problem: Problem, solver: str) -> Solution:
+    if solver == 'cvxpy':
+        from advise_ros.core import reference  # noqa: PLC0415 - half a second to import, and seldom wanted
+
+        return reference.solve(problem)
+    return solve.solve(problem)
 
 
 def slack_states(problem: Problem, solution: Solution) -> Ints:

@@ -11,6 +11,9 @@ from advise_ros.core.errors import AdviseError
 from advise_ros.core.numerics import Floats
 from advise_ros.core.program import Problem, Program, Solution, write
 
+# The bounds on r bound everything else, so what is not feasible cannot be unbounded instead.
+INFEASIBLE = (highspy.HighsModelStatus.kInfeasible, highspy.HighsModelStatus.kUnboundedOrInfeasible)
+
 
 class InfeasibleError(AdviseError):
     """No reward satisfies the strict advice."""
@@ -39,7 +42,7 @@ def _minimise(program: Program) -> Floats:
     highs.passModel(_model(program))
     highs.run()
     status = highs.getModelStatus()
-    if status == highspy.HighsModelStatus.kInfeasible:
+    if status in INFEASIBLE:
         raise InfeasibleError('no reward satisfies all answers')
     if status != highspy.HighsModelStatus.kOptimal:
         raise AdviseError(f'the solver ended with: {highs.modelStatusToString(status)}')
