@@ -70,9 +70,21 @@ class CellMover:
         self._leg = Leg(*centres, self.grid.resolution_m, run_on_m, corner)
 
     @property
+    def outside_m(self) -> float:
+        """How far off the grid the vehicle is, 0 on it."""
+        grid = self.grid
+        off = (
+            max(origin - value, value - origin - size * grid.resolution_m, 0.0)
+            for value, origin, size in zip(
+                self._recent[-1].position_enu_m[:2], grid.origin_enu_m, (grid.width, grid.height), strict=True,
+            )
+        )
+        return max(off)
+
+    @property
     def arrived(self) -> bool:
         """The leg's end was reached: its cell entered, and its centre near or passed."""
-        if self._leg is None or self.cell != self._target or not self._recent:
+        if self._leg is None or not self.inside or self.cell != self._target:
             return False
         position = self._recent[-1].position_enu_m
         near_line = abs(self._leg.cross_m(position)) <= ARRIVAL_CROSS * self.grid.resolution_m

@@ -12,6 +12,9 @@ from advise_ros.core.rollout import step_budget
 from advise_ros.core.seeking import ZERO, SeekSettings, Vector, brake_distance_m
 from advise_ros.core.transit import Transit, shortest_way
 
+# A vehicle that swings out of the grid steers back; this many cells outside, the flight is lost.
+LOST_CELLS = 0.5
+
 
 class Phase(IntEnum):
     """As advise_msgs/FlightStatus."""
@@ -99,7 +102,7 @@ class PolicyFlight:
     Feed it the poses in the order of their stamps. The first one begins the flight. The state follows
     CellTracker; a step ends where the centre of the next cell is reached, or where the vehicle was blown
     into another cell. The flight is over at the centre of the final waypoint, in a blocked cell, off the
-    grid, when the budget is spent, or in a loop (see FlightPlan).
+    grid (by more than LOST_CELLS), when the budget is spent, or in a loop (see FlightPlan).
 
     Attributes:
         phase, state, steps, step_budget, message: as advise_msgs/FlightStatus.
@@ -154,8 +157,9 @@ class PolicyFlight:
     # -- along the route ---------------------------------------------------------------------
     def _fly(self, stamp_ns: int) -> None:
         state = self._mover.state
-        if not self._mover.inside or state is None:
-            self.end(Phase.LOST, f'the vehicle left the grid after cell {self._cell_text(self.state)}')
+        off_m = self._mover.outside_m
+        if state is None or off_m > LOST_CELLS * self.plan.grid.resolution_m:
+            self.end(Phase.LOST, f'the vehicle is {off_m:.1f} m off the grid, last in cell {self._cell_text(self.state)}')
             return
         if self._leg_states is None:
             self._begin(state, stamp_ns)

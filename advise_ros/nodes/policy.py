@@ -190,14 +190,14 @@ class PolicyNode(Node):
             return f'policy {goal.policy_version} is asked for, {self._policy.version} is the newest one here'
         if self._pose is None or time.monotonic() - self._pose_at_s > self.config.pose_timeout_s:
             return self._gate.problem or 'no pose arrives'
+        if self._vehicle is not None and not self._vehicle.commandable:
+            return f'the vehicle takes no commands: {self._vehicle.waiting_for or "take off first"}'
         return ''
 
     def _refusal(self, goal: Fly.Goal) -> str:
         """Why a flight can't begin now; empty when it can."""
         if self._flying is not None:
             return 'a flight is under way; cancel it or call policy/stop'
-        if self._vehicle is not None and not self._vehicle.commandable:
-            return f'the vehicle takes no commands: {self._vehicle.waiting_for or "take off first"}'
         if (missing := self._missing(goal)) or self._pose is None:
             return missing
         try:

@@ -102,7 +102,19 @@ def test_off_the_grid_it_is_lost() -> None:
     flight = PolicyFlight(FlightPlan(grid, best(grid)), SETTINGS)
     flown(flight, vehicle_in(grid, 0, wind_m_s=(0.0, -2.0)))
     assert flight.phase is Phase.LOST
-    assert 'left the grid' in flight.message
+    assert 'm off the grid, last in cell [0, 0]' in flight.message
+
+
+def test_a_swing_over_the_edge_is_steered_back() -> None:
+    grid = square(3)
+    flight = PolicyFlight(FlightPlan(grid, best(grid)), SETTINGS)
+    vehicle = vehicle_in(grid, 0)
+    for _ in fly(flight.step, vehicle, limit_s=120.0):
+        if flight.state == 1 and vehicle.position[0] < 2.2:
+            vehicle.position[1] = -1.8
+        if flight.phase.over:
+            break
+    assert (flight.phase, flight.steps) == (Phase.SUCCEEDED, 8)
 
 
 def test_a_wall_is_no_way_to_spend_a_flight() -> None:
