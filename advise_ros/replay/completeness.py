@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from advise_ros.replay.session import RecordedSession
-from advise_ros.replay.stage import Comparison, Stage, at
+from advise_ros.replay.session import RecordedSession, at
+from advise_ros.replay.stage import Comparison, Stage
 
 
 def completeness_stages(session: RecordedSession, _: Comparison) -> list[Stage]:

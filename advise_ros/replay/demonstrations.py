@@ -5,12 +5,13 @@ from __future__ import annotations
 from typing import Any
 
 from advise_ros.config import RecorderConfig
-from advise_ros.core.demonstration import Demonstration, EndReason
+from advise_ros.core.demonstration import Demonstration
 from advise_ros.core.discretise import discretise
+from advise_ros.core.errors import InputError
 from advise_ros.core.flights import Flight, split, why_not
 from advise_ros.core.grid import Grid
-from advise_ros.replay.session import Recorded, RecordedSession
-from advise_ros.replay.stage import Comparison, Stage, at
+from advise_ros.replay.session import Recorded, RecordedSession, at
+from advise_ros.replay.stage import Comparison, Stage
 from advise_ros.ros import convert
 
 # How the recorder names positions that it had from a topic.
@@ -25,7 +26,7 @@ def demonstration_stages(session: RecordedSession, comparison: Comparison) -> li
     if flown:
         config = session.config(RecorderConfig, 'recorder')
         for one in flown:
-            stage.count(comparison.difference(convert.demonstration_to_msg(_rebuilt(session, config, one.value)), one))
+            stage.count(_difference(session, comparison, config, one))
     if len(flown) < len(recorded):
         stage.notes.append(f'{len(recorded) - len(flown)} demonstrations were not flown in this bag and are taken as they are')
     return [stage, *([_windows(session, config, flown)] if flown and config.split == 'flights' else [])]
@@ -34,6 +35,14 @@ def demonstration_stages(session: RecordedSession, comparison: Comparison) -> li
 def is_flown(value: Any) -> bool:
     """It was made from topics, not on the grid model or from a file, and is not the taking back of another."""
     return str(value.source).startswith(TOPIC_SOURCE) and value.audit.samples > 0
+
+
+def _difference(session: RecordedSession, comparison: Comparison, config: RecorderConfig, one: Recorded) -> str:
+    try:
+        rebuilt = _rebuilt(session, config, one.value)
+    except (InputError, ValueError) as problem:  # An index or an enum that no recorder would publish.
+        return f'{one.where}: {problem}'
+    return comparison.difference(convert.demonstration_to_msg(rebuilt), one)
 
 
 def _rebuilt(session: RecordedSession, config: RecorderConfig, value: Any) -> Demonstration:
@@ -51,13 +60,16 @@ def _rebuilt(session: RecordedSession, config: RecorderConfig, value: Any) -> De
 def _windows(session: RecordedSession, config: RecorderConfig, flown: list[Recorded]) -> Stage:
     """Each demonstration must be one of the flights that the vehicle's state and altitude tell of."""
     stage = Stage('flight windows')
-    grid = convert.grid_from_msg(flown[0].value.grid)
+    try:
+        grid = convert.grid_from_msg(flown[0].value.grid)
+    except InputError as problem:
+        stage.count(f'{flown[0].where}: {problem}')
+        return stage
     flights = split(grid, session.recording, config.altitude_tolerance_m)
     cut = [_cut(session, config, grid, flight) for flight in flights]
     windows = {demonstration.window_ns[0]: demonstration for demonstration in cut}
     for one in flown:
-        published = convert.demonstration_from_msg(one.value)
-        stage.count(_window_difference(one, published, windows.get(published.window_ns[0]), flights))
+        stage.count(_window_difference(one, windows, flights))
     without = sum(not why_not(demonstration, manual=False) for demonstration in windows.values()) - len(flown)
     if without > 0:
         stage.notes.append(f'{without} flights along the route have no demonstration: they were discarded')
@@ -68,15 +80,14 @@ def _cut(session: RecordedSession, config: RecorderConfig, grid: Grid, flight: F
     return discretise(grid, session.recording, flight.window_ns, config.discretise_settings(), '', flight.end_reason)
 
 
-def _window_difference(
-    one: Recorded, published: Demonstration, rebuilt: Demonstration | None, flights: tuple[Flight, ...],
-) -> str:
-    where = f'{one.message.topic} {published.demonstration_id}'
+def _window_difference(one: Recorded, windows: dict[int, Demonstration], flights: tuple[Flight, ...]) -> str:
+    start_ns, end_ns = (convert.stamp_to_ns(stamp) for stamp in (one.value.window_start, one.value.window_end))
+    rebuilt = windows.get(start_ns)
     if rebuilt is None:
         begins = ', '.join(at(flight.window_ns[0]) for flight in flights) or 'none'
-        return f'{where}: window_start is {at(published.window_ns[0])}, expected the beginning of a flight ({begins})'
-    if rebuilt.window_ns[1] != published.window_ns[1]:
-        return f'{where}: window_end is {at(published.window_ns[1])}, expected {at(rebuilt.window_ns[1])}'
-    if rebuilt.end_reason != published.end_reason:
-        return f'{where}: end_reason is {published.end_reason.name}, expected {EndReason(rebuilt.end_reason).name}'
+        return f'{one.where}: window_start is {at(start_ns)}, expected the beginning of a flight ({begins})'
+    if rebuilt.window_ns[1] != end_ns:
+        return f'{one.where}: window_end is {at(end_ns)}, expected {at(rebuilt.window_ns[1])}'
+    if int(rebuilt.end_reason) != one.value.end_reason:
+        return f'{one.where}: end_reason is {one.value.end_reason}, expected {rebuilt.end_reason.name}'
     return ''

@@ -10,10 +10,11 @@ from advise_ros.core.errors import InputError
 from advise_ros.core.mover import Pose
 from advise_ros.core.policy_flight import FlightPlan, Phase, PolicyFlight
 from advise_ros.replay.session import Recorded, RecordedSession
-from advise_ros.replay.stage import Comparison, Stage, at, stamp_of
+from advise_ros.replay.stage import Comparison, Stage
 from advise_ros.ros import convert
 from advise_ros.ros.flying import velocity_command
 
+UNDER_WAY = (Phase.TO_START, Phase.FLYING)
 # A flight is ended from outside: the poses do not tell.
 FROM_OUTSIDE = (Phase.CANCELED, Phase.STOPPED)
 
@@ -35,11 +36,12 @@ def flight_stages(session: RecordedSession, comparison: Comparison) -> list[Stag
     commands, statuses = Stage('commands'), Stage('flight statuses')
     found, others = _flights(session)
     poses = _poses(session)
+    config = session.config(PolicyConfig, 'policy') if found else PolicyConfig()
     for flight in found:
         try:
-            flown = _begun(session, flight)
+            flown = PolicyFlight(_plan(session, flight, config), config.seek_settings())
         except InputError as problem:
-            statuses.count(f'{_where(flight.statuses[0])}: {problem}')
+            statuses.count(f'{flight.statuses[0].where}: {problem}')
             continue
         _fly(comparison, flight, flown, poses, (commands, statuses))
     if others:
@@ -52,10 +54,10 @@ def _flights(session: RecordedSession) -> tuple[list[Flight], int]:
     commands = session.on('cmd_vel')
     found = []
     for statuses in _by_flight(session.on('policy/status')):
-        first_ns, last_ns = stamp_of(statuses[0].value), stamp_of(statuses[-1].value)
-        if not Phase(statuses[-1].value.phase).over:
-            last_ns = max((stamp_of(one.value) for one in commands), default=last_ns)
-        mine = tuple(one for one in commands if first_ns < stamp_of(one.value) <= last_ns)
+        first_ns, last_ns = statuses[0].stamp_ns, statuses[-1].stamp_ns
+        if statuses[-1].value.phase in UNDER_WAY:
+            last_ns = max((one.stamp_ns for one in commands), default=last_ns)
+        mine = tuple(one for one in commands if first_ns < one.stamp_ns <= last_ns)
         found.append(Flight(statuses, mine))
     return found, len(commands) - sum(len(flight.commands) for flight in found)
 
@@ -65,23 +67,13 @@ def _by_flight(statuses: tuple[Recorded, ...]) -> list[tuple[Recorded, ...]]:
     found: list[list[Recorded]] = []
     under_way = False
     for recorded in statuses:
-        phase = Phase(recorded.value.phase)
-        if not phase.over and not under_way:
+        flies = recorded.value.phase in UNDER_WAY
+        if flies and not under_way:
             found.append([])
-        if under_way or not phase.over:
+        if under_way or flies:
             found[-1].append(recorded)
-        under_way = not phase.over
+        under_way = flies
     return [tuple(flight) for flight in found]
-
-
-def _begun(session: RecordedSession, flight: Flight) -> PolicyFlight:
-    """The flight before its first pose.
-
-    Raises:
-        InputError: the bag does not hold its policy, or that cannot be flown.
-    """
-    config = session.config(PolicyConfig, 'policy')
-    return PolicyFlight(_plan(session, flight, config), config.seek_settings())
 
 
 def _fly(
@@ -90,9 +82,9 @@ def _fly(
     commands, statuses = stages
     due = defaultdict(list)
     for one in flight.statuses[1:]:
-        due[stamp_of(one.value)].append(one)
+        due[one.stamp_ns].append(one)
     for one in flight.commands:
-        stamp_ns = stamp_of(one.value)
+        stamp_ns = one.stamp_ns
         pose = poses.get(stamp_ns)
         if pose is None:
             commands.count(_not_zero(one))
@@ -102,11 +94,16 @@ def _fly(
         for status in due.pop(stamp_ns, ()):
             _check_status(statuses, flown, status)
     for left in (status for waiting in due.values() for status in waiting):
-        if Phase(left.value.phase) not in FROM_OUTSIDE and stamp_of(left.value) > stamp_of(flight.statuses[0].value):
-            statuses.count(f'{_where(left)}: no command bears this stamp, expected one')
+        if left.value.phase not in FROM_OUTSIDE and left.stamp_ns > flight.statuses[0].stamp_ns:
+            statuses.count(f'{left.where}: no command bears this stamp, expected one')
 
 
 def _plan(session: RecordedSession, flight: Flight, config: PolicyConfig) -> FlightPlan:
+    """What the flight was flown by.
+
+    Raises:
+        InputError: the bag does not hold its policy, or that cannot be flown.
+    """
     first = flight.statuses[0]
     version = int(first.value.policy_version)
     policy = _policy(session, first, version)
@@ -142,24 +139,20 @@ def _not_zero(one: Recorded) -> str:
     linear, angular = one.value.twist.linear, one.value.twist.angular
     for name, value in (('linear.x', linear.x), ('linear.y', linear.y), ('linear.z', linear.z), ('angular.z', angular.z)):
         if value != 0.0:
-            return f'{_where(one)}: {name} is {value!r}, expected 0.0: no pose bears this stamp, so it is the watchdog'
+            return f'{one.where}: {name} is {value!r}, expected 0.0: no pose bears this stamp, so it is the watchdog'
     return ''
 
 
 def _check_status(statuses: Stage, flown: PolicyFlight, recorded: Recorded) -> None:
     """Compare what follows from the poses; the end that a person or the vehicle made does not."""
-    if Phase(recorded.value.phase) in FROM_OUTSIDE:
+    if recorded.value.phase in FROM_OUTSIDE:
         return
     expected = {
         'phase': int(flown.phase), 'state': flown.state, 'steps': flown.steps,
         'next_waypoint': flown.plan.grid.next_waypoint(flown.state),
     }
     wrong = (
-        f'{_where(recorded)}: {name} is {getattr(recorded.value, name)}, expected {value}'
+        f'{recorded.where}: {name} is {getattr(recorded.value, name)}, expected {value}'
         for name, value in expected.items() if int(getattr(recorded.value, name)) != value
     )
     statuses.count(next(wrong, ''))
-
-
-def _where(recorded: Recorded) -> str:
-    return f'{recorded.message.topic} at {at(stamp_of(recorded.value))}'

@@ -17,8 +17,9 @@ from advise_ros.replay.session import (
     POLICY_TYPE,
     Recorded,
     RecordedSession,
+    at,
 )
-from advise_ros.replay.stage import Comparison, Stage, at, stamp_of
+from advise_ros.replay.stage import Comparison, Stage
 from advise_ros.ros import convert, convert_advice
 from advise_ros.settings import learn_settings
 
@@ -54,9 +55,9 @@ def learning_stages(session: RecordedSession, comparison: Comparison) -> list[St
         try:
             learned = _learn(episode, demonstrations, learn_settings(config), config.budget)
         except InputError as problem:
-            policies.count(f'{_where(episode.policy)}: {problem}')
+            policies.count(f'{episode.policy.where}: {problem}')
             continue
-        stamp_ns = stamp_of(episode.policy.value)
+        stamp_ns = episode.policy.stamp_ns
         policies.count(comparison.difference(convert_advice.policy_to_msg(learned, stamp_ns), episode.policy))
         _check_query(queries, session, comparison, episode, learned, config.budget)
     return [policies, queries]
@@ -70,7 +71,7 @@ def episodes(session: RecordedSession) -> list[Episode]:
     for recorded in _in_order(session):
         kind, value = recorded.message.type_name, recorded.value
         if kind == ADVICE_TYPE:
-            _note(log, convert_advice.advice_from_msg(value))
+            _note(log, value)
         elif kind == POLICY_TYPE:
             version, next_id = counted.policy(int(value.version), log)
             found.append(Episode(recorded, None, tuple(log), version, next_id))
@@ -113,8 +114,12 @@ def _in_order(session: RecordedSession) -> Iterator[Recorded]:
     return iter(sorted(everything, key=lambda recorded: recorded.message.publish_time_ns))
 
 
-def _note(log: list[AdviceRecord], record: AdviceRecord) -> None:
+def _note(log: list[AdviceRecord], value: Any) -> None:
     """Append; an entry that is there already begins the log anew: the learner was started again."""
+    try:
+        record = convert_advice.advice_from_msg(value)
+    except ValueError:  # A verdict that no learner accepts: the next policy will miss this entry.
+        return
     if any((old.advice_id, old.retracted) == (record.advice_id, record.retracted) for old in log):
         log.clear()
     log.append(record)
@@ -124,7 +129,10 @@ def _heard(session: RecordedSession) -> tuple[Demonstration, ...]:
     """Demonstrations in order of arrival; as the learner does, what was heard before is not taken twice."""
     heard: dict[tuple[Any, ...], Demonstration] = {}
     for recorded in session.on('demonstration'):
-        new = convert.demonstration_from_msg(recorded.value)
+        try:
+            new = convert.demonstration_from_msg(recorded.value)
+        except (InputError, ValueError):  # As the learner does; a policy that counts it will miss it.
+            continue
         heard.setdefault((new.demonstration_id, new.states, new.actions, new.stamps_ns), new)
     return tuple(heard.values())
 
@@ -159,7 +167,7 @@ def _check_query(
     if episode.query is None:
         _missing_query(queries, session, episode, learned)
         return
-    stamp_ns = stamp_of(episode.query.value)
+    stamp_ns = episode.query.stamp_ns
     if learned.query is not None:
         rebuilt = convert_advice.query_to_msg(learned.query, learned.grid, stamp_ns)
     else:
@@ -173,11 +181,8 @@ def _missing_query(queries: Stage, session: RecordedSession, episode: Episode, l
         queries.notes.append('the recording ended before the question of the last policy')
         return
     number = learned.query.query_id if learned.query else 0
-    queries.count(f'{session.namespace}/advise/query at {at(stamp_of(episode.policy.value))}: nothing, expected query {number}')
+    queries.count(f'{session.namespace}/advise/query at {at(episode.policy.stamp_ns)}: nothing, expected query {number}')
 
-
-def _where(recorded: Recorded) -> str:
-    return f'{recorded.message.topic} at {at(stamp_of(recorded.value))}'
 
 
 __all__ = ['Episode', 'episodes', 'learning_stages']

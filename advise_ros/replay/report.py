@@ -71,7 +71,7 @@ def show(report: Report, console: Console) -> None:
     pace = session.seconds / report.seconds if report.seconds else 0.0
     console.print(
         f'{session.bag.path}: {session.bag.count} messages over {session.seconds:.1f} s, '
-        f'replayed in {report.seconds:.1f} s ({pace:.0f} times real time)', highlight=False, markup=False,
+        f'replayed in {report.seconds:.1f} s ({pace:.0f} times real time)', highlight=False, markup=False, soft_wrap=True,
     )
     console.print(_table(report))
     for stage in report.stages:

@@ -11,12 +11,14 @@ from typing import Any, TypeVar
 import numpy as np
 
 from advise_ros import config
-from advise_ros.core.errors import LogError
+from advise_ros.core.errors import InputError, LogError
 from advise_ros.core.samples import PoseSamples, Recording
 from advise_ros.recording import platform
 from advise_ros.recording.bags import BagTopics, read_bag
-from advise_ros.recording.messages import Bag, Message
+from advise_ros.recording.definitions import definition
+from advise_ros.recording.messages import Bag, Codec, Message
 
+NS = 1_000_000_000
 PARAMETERS_RECORD = 'parameters '
 PLATFORM_RECORD = 'platform'
 COMMAND_TYPE = 'geometry_msgs/msg/TwistStamped'
@@ -37,6 +39,21 @@ class Recorded:
 
     message: Message
     value: Any
+
+    @property
+    def stamp_ns(self) -> int:
+        """Of the header."""
+        return int(self.value.header.stamp.sec) * NS + int(self.value.header.stamp.nanosec)
+
+    @property
+    def where(self) -> str:
+        """Topic and header stamp, for people."""
+        return f'{self.message.topic} at {at(self.stamp_ns)}'
+
+
+def at(stamp_ns: int) -> str:
+    """A stamp as seconds with all its digits."""
+    return f'{stamp_ns // NS}.{stamp_ns % NS:09d}'
 
 
 @dataclass(frozen=True)
@@ -68,7 +85,7 @@ class RecordedSession:
     @property
     def seconds(self) -> float:
         """From the first message to the last, by the logger's clock."""
-        return (self.bag.last_ns - self.bag.first_ns) / 1e9
+        return (self.bag.last_ns - self.bag.first_ns) / NS
 
     def config(self, config_class: type[ConfigT], node: str) -> ConfigT:
         """The parameters of a node.
@@ -82,7 +99,10 @@ class RecordedSession:
                 f'{self.bag.path} does not hold the parameters of {self.namespace}/{node}; '
                 'start the logger before that node ends and record again'
             )
-        return _config(config_class, values)
+        try:
+            return _config(config_class, values)
+        except InputError as problem:
+            raise LogError(f'{self.bag.path}, parameters of {self.namespace}/{node}: {problem}') from problem
 
 
 def _config(config_class: type[ConfigT], values: Mapping[str, Any]) -> ConfigT:
@@ -101,6 +121,7 @@ def read_session(path: str | Path, namespace: str | None = None) -> RecordedSess
         LogError: no readable bag, no demonstrations in it, or several sessions and no namespace named.
     """
     bag = Bag(path, TYPES)
+    _check_definitions(bag)
     where = _namespace(bag, namespace)
     if not bag.on(f'{where}/{DEMONSTRATION_TOPIC}'):
         raise LogError(f'{path} holds no demonstrations; record a session with the logger from its beginning')
@@ -145,5 +166,33 @@ def _parameters(bag: Bag) -> dict[str, dict[str, Any]]:
     for record in bag.records:
         if record.name.startswith(PARAMETERS_RECORD):
             node = record.name.removeprefix(PARAMETERS_RECORD)
-            found[node] = {name: json.loads(text) for name, text in record.values.items()}
+            found[node] = {name: _value(bag, node, name, text) for name, text in record.values.items()}
     return found
+
+
+def _value(bag: Bag, node: str, name: str, text: str) -> Any:
+    try:
+        return json.loads(text)
+    except ValueError:
+        raise LogError(f'{bag.path}: parameter {name} of {node} is damaged ({text[:40]!r}); was the file edited?') from None
+
+
+def _check_definitions(bag: Bag) -> None:
+    """An older version's messages may lack what this one compares.
+
+    Raises:
+        LogError: they do.
+    """
+    installed = Codec()
+    for type_name in sorted(set(bag.topics.values()) & set(TYPES)):
+        installed.learn(type_name, 'ros2msg', definition(type_name).text)
+    for type_name, (_, wanted) in installed.store.fielddefs.items():
+        if not bag.codec.knows(type_name):
+            continue
+        held = {name for name, _ in bag.codec.store.fielddefs[type_name][1]}
+        missing = [name for name, _ in wanted if name not in held]
+        if missing:
+            raise LogError(
+                f'{bag.path} was made by another version: its {type_name} has no field {missing[0]!r}; '
+                'replay it with the version that made it'
+            )

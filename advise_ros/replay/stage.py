@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -11,8 +10,6 @@ from advise_ros.recording.messages import Codec
 from advise_ros.replay.compare import Difference, first_difference
 from advise_ros.replay.session import Recorded, RecordedSession
 from advise_ros.ros.cdr import to_cdr
-
-NS = 1_000_000_000
 
 
 @dataclass
@@ -42,16 +39,6 @@ class Stage:
         self.checked += 1
         self.equal += not difference
         self.difference = self.difference or difference
-
-
-def at(stamp_ns: int) -> str:
-    """A stamp as seconds with all its digits."""
-    return f'{stamp_ns // NS}.{stamp_ns % NS:09d}'
-
-
-def stamp_of(value: Any) -> int:
-    """Header stamp of a decoded message [ns]."""
-    return int(value.header.stamp.sec) * NS + int(value.header.stamp.nanosec)
 
 
 class Comparison:
@@ -88,10 +75,4 @@ class Comparison:
 
 def in_words(recorded: Recorded, found: Difference) -> str:
     """Topic, time, field, expected, got."""
-    return (
-        f'{recorded.message.topic} at {at(stamp_of(recorded.value))}: {found.field} is {found.got}, '
-        f'expected {found.expected}'
-    )
-
-
-StageFunction = Callable[[RecordedSession, Comparison], list[Stage]]
+    return f'{recorded.where}: {found.field} is {found.got}, expected {found.expected}'

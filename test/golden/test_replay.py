@@ -4,6 +4,8 @@ import copy
 import json
 import re
 from collections.abc import Callable
+from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +16,9 @@ from mcap.stream_reader import StreamReader
 from mcap.writer import Writer
 
 from advise_ros.commands import replay
+from advise_ros.recording.definitions import definition
 from advise_ros.recording.gridfile import grid_to_mapping
+from advise_ros.replay import learning, session
 from support.session_bag import GRID, SessionBag, session_bag
 
 Tamper = Callable[[SessionBag], None]
@@ -23,6 +27,15 @@ Tamper = Callable[[SessionBag], None]
 @pytest.fixture(scope='module')
 def good() -> SessionBag:
     return session_bag()
+
+
+@pytest.fixture(autouse=True)
+def learn_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The same policy is learnt in each test: a pure function's result may be kept."""
+    monkeypatch.setattr(learning, 'learn', learn_cached)
+
+
+learn_cached = cache(learning.learn)
 
 
 @pytest.fixture
@@ -102,6 +115,10 @@ TAMPERED = [
     (drop('/pose', 40), 'demonstrations', r'/demonstration at [\d.]+: audit.samples is \d+, expected \d+'),
     (change('/demonstration', 1, 'actions', 0, 3), 'demonstrations', r'/demonstration at [\d.]+: actions\[0\] is 3, expected \d'),
     (change('/demonstration', 0, 'end_reason', None, 2), 'demonstrations', r'end_reason is 2, expected 0'),
+    (change('/demonstration', 0, 'states', 0, 999), 'demonstrations', r'/demonstration at [\d.]+: .* a state is outside 0 to 26'),
+    (change('/demonstration', 1, 'end_reason', None, 77), 'demonstrations', r': 77 is not a valid EndReason'),
+    (change('/advise/advice_log', 0, 'verdict', None, 9), 'policies', r'log_length is 1, expected at most 0'),
+    (change('/policy/status', -1, 'phase', None, 99), 'flight statuses', r'/policy/status at [\d.]+: phase is 99, expected \d'),
     (drop('/demonstration', 1), 'policies', r'/advise/policy at [\d.]+: demonstrations is 2, expected at most 1'),
     (drop('/advise/policy', 1), 'policies', r'/advise/policy at [\d.]+: version is 3, expected 2'),
     (change('/advise/policy', 2, 'greedy', 4, 9), 'policies', r'/advise/policy at [\d.]+: greedy\[4\] is 9, expected \d'),
@@ -226,6 +243,26 @@ def test_a_flipped_byte(bag: SessionBag, tmp_path: Path, capsys: pytest.CaptureF
     data[len(data) // 3] ^= 0x10
     file.write_bytes(data)
     assert 'is not a whole bag' in error_of(capsys, tmp_path / 'bag')
+
+
+def test_a_bag_without_parameters(bag: SessionBag, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    bag.nodes = ('recorder', 'advise')
+    assert 'does not hold the parameters of /policy' in error_of(capsys, bag.write(tmp_path / 'bag'))
+
+
+def test_a_bag_of_a_version_with_other_parameters(bag: SessionBag, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    bag.advise = replace(bag.advise, gamma=7.0)
+    assert "parameters of /advise: parameter 'gamma' is 7.0; allowed" in error_of(capsys, bag.write(tmp_path / 'bag'))
+
+
+def test_a_bag_of_a_version_with_other_messages(
+    bag: SessionBag, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    path = bag.write(tmp_path / 'bag')
+    known = session.definition('advise_msgs/msg/Policy')
+    newer = known._replace(text='float64 luck\n' + known.text)
+    monkeypatch.setattr(session, 'definition', lambda name: newer if name == known.type_name else definition(name))
+    assert "its advise_msgs/msg/Policy has no field 'luck'" in error_of(capsys, path)
 
 
 def test_no_demonstrations(bag: SessionBag, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

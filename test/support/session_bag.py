@@ -48,6 +48,7 @@ class SessionBag:
     recorder: RecorderConfig = RecorderConfig()
     advise: AdviseConfig = AdviseConfig(clusters=4)
     policy: PolicyConfig = PolicyConfig()
+    nodes: tuple[str, ...] = ('recorder', 'advise', 'policy')
     entries: list[Entry] = field(default_factory=list)
     made_on: dict[str, str] = field(default_factory=platform.describe)
     now_ns: int = 10 * 1_000_000_000
@@ -61,8 +62,9 @@ class SessionBag:
     def write(self, directory: Path) -> Path:
         writer = BagWriter(directory)
         writer.add_record('platform', self.made_on)
-        for node, config in (('recorder', self.recorder), ('advise', self.advise), ('policy', self.policy)):
-            writer.add_record(f'parameters /{node}', {name: json.dumps(value) for name, value in asdict(config).items()})
+        for node in self.nodes:
+            values = asdict(getattr(self, node))
+            writer.add_record(f'parameters /{node}', {name: json.dumps(value) for name, value in values.items()})
         channels: dict[str, int] = {}
         for sequence, (topic, log_time_ns, message) in enumerate(self.entries):
             module = type(message).__module__.split('.')
