@@ -56,7 +56,9 @@ def install(shell: Shell, venv: Path, system: bool) -> None:
         shell.say('the fast installer could not do it; pip goes on (a minute)')
         pip = [venv / 'bin' / 'python', '-m', 'pip', 'install', '--quiet', '--no-compile']
         shell.run('installing packages', [*pip, '--require-hashes', '-r', wanted], plain_env())
-    if not system:
+    if system:
+        _check_sourced_ros(shell, venv)
+    else:
         _name_this_python(shell, venv)
         _find_headers(shell, venv)
 
@@ -101,6 +103,13 @@ def pip_settings(shell: Shell, python: Path) -> dict[str, str]:
         if equals:
             found[key.rsplit('.', 1)[-1]] = value.strip().strip('\'"').replace('\\n', ' ')
     return found
+
+
+def _check_sourced_ros(shell: Shell, venv: Path) -> None:
+    code, _ = shell.try_run([venv / 'bin' / 'python', '-c', 'import rclpy'])
+    if code:
+        number = f'{sys.version_info.major}.{sys.version_info.minor}'
+        raise SetupError(f'the sourced ROS 2 does not load in Python {number}; name its own: make PYTHON=/usr/bin/python3')
 
 
 def _name_this_python(shell: Shell, venv: Path) -> None:

@@ -24,7 +24,7 @@ def check(root: Path) -> None:
         SetupError: something lacks.
     """
     _check_machine()
-    _check_python()
+    check_python()
     _check_compiler()
     _check_disk(root)
 
@@ -44,7 +44,7 @@ def _check_machine() -> None:
         )
 
 
-def _check_python() -> None:
+def check_python() -> None:
     number = f'{sys.version_info.major}.{sys.version_info.minor}'
     if not (3, 10) <= sys.version_info[:2] <= (3, 13):
         raise SetupError(f'this is Python {number}, and 3.10 to 3.13 is needed; name one by make PYTHON=python3.12')

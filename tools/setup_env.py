@@ -90,7 +90,9 @@ def set_up() -> None:
         return
     began = time.monotonic()
     if not fresh:
-        if not system:
+        if system:
+            prerequisites.check_python()
+        else:
             prerequisites.check(ROOT)
         for made_for_the_old_one in (ROOT / 'build', INSTALL):
             shutil.rmtree(made_for_the_old_one, ignore_errors=True)

@@ -48,7 +48,7 @@ def parse(argv: list[str] | None = None) -> DemoOptions:
     parser.add_argument('--seed', type=int, default=0, help='seed of the pilot, the expert and the wind (default %(default)s)')
     parser.add_argument('--flights', type=int, default=4, help='demonstrations to fly (default %(default)s)')
     parser.add_argument('--answers', type=int, default=10, help='questions to answer (default %(default)s)')
-    parser.add_argument('--seeds-flown', type=int, default=3, help='learning sessions flown in the simulator (default %(default)s)')
+    parser.add_argument('--seeds-flown', type=int, default=3, help='learning sessions to fly (default %(default)s)')
     parser.add_argument('--trials', type=int, default=100, help='seeds on the grid model (default %(default)s)')
     parser.add_argument('--speedup', type=float, default=15.0, help='simulated seconds a second (default %(default)s)')
     parser.add_argument('--grid', type=Path, default=share('grid_demo.yaml'), help='grid file')
@@ -102,8 +102,8 @@ def _tell(options: DemoOptions, story: Story, tools: Tools) -> int:
     tools.pool.start(story.grid, trial_settings(options), range(options.seed, options.seed + options.trials))
     sessions = [story.flown_session(bag)]
     replay = tools.supervisor.start('replay', [str(executable('replay')), str(bag)], may_end=True, fatal=False)
-    for seed in range(options.seed + 1, options.seed + options.seeds_flown):
-        sessions.append(story.model_session(seed, options.out))
+    further = range(options.seed + 1, options.seed + options.seeds_flown)
+    sessions += [story.model_session(seed, options.out) for seed in further]
     return _close(options, story, tools, sessions, replay)
 
 
@@ -113,7 +113,8 @@ def _close(options: DemoOptions, story: Story, tools: Tools, sessions: list[Sess
         story.client.wait(
             'the trials', lambda: bar.at(tools.pool.done) and tools.pool.done == options.trials, COMPUTE_PATIENCE_S,
         )
-    code = replay.process.wait(COMPUTE_PATIENCE_S)
+    story.client.wait('the replay of the bag', lambda: replay.process.poll() is not None, COMPUTE_PATIENCE_S)
+    code = replay.process.wait()
     outcome = story_outcome(options, story, tools, sessions, code)
     report = page.write(options.out / 'report.html', page_values(outcome))
     tools.console.rich.print()

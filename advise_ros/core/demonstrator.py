@@ -18,7 +18,7 @@ MISTAKE_RATE = 0.75
 class Demonstrator:
     """Flies the route as a person who is often wrong.
 
-    In `mistake_share` of the states the same wrong action is taken most of the time; elsewhere wrong
+    Where several moves are right, the person has the habit of one of them. In `mistake_share` of the states the same wrong action is taken most of the time; elsewhere wrong
     moves are random, so often that the share of wrong moves is `noise_rate` over all states that have one.
     A wrong move brings the next waypoint no nearer; it stays on the grid and out of blocked cells.
 
@@ -34,6 +34,8 @@ class Demonstrator:
         self._rng = rng
         self._optimal = optimal_table(grid)
         self._wrong = _flyable(grid) & ~self._optimal
+        right = np.flatnonzero(self._optimal.any(axis=1)).tolist()
+        self._habits = {state: self._draw(self._optimal[state]) for state in right}
         self.mistakes = self._choose_mistakes(mistake_share)
         systematic = mistake_share * MISTAKE_RATE
         self._mistake_rate = MISTAKE_RATE if systematic <= noise_rate else noise_rate / mistake_share
@@ -51,14 +53,14 @@ class Demonstrator:
         Raises:
             InputError: the flight is over in this state.
         """
-        if not self._optimal[state].any():
+        if state not in self._habits:
             raise InputError(f'state {state} ends the flight; there is no move to make')
         mistake = self.mistakes.get(state)
         if mistake is not None:
             wrong = self._rng.random() < self._mistake_rate
-            return mistake if wrong else self._draw(self._optimal[state])
+            return mistake if wrong else self._habits[state]
         wrong = self._rng.random() < self._random_rate and bool(self._wrong[state].any())
-        return self._draw(self._wrong[state] if wrong else self._optimal[state])
+        return self._draw(self._wrong[state]) if wrong else self._habits[state]
 
     def _draw(self, allowed: Bools) -> int:
         return int(self._rng.choice(np.flatnonzero(allowed)))

@@ -6,9 +6,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
+
 from advise_msgs.action import Fly
 from advise_msgs.msg import AdviceQuery, LearnerStatus
-
 from advise_ros.core.advice import AdviceRecord
 from advise_ros.core.demonstration import Demonstration, EndReason
 from advise_ros.core.errors import AdviseError

@@ -121,12 +121,13 @@ def page_values(outcome: Outcome) -> dict[str, Any]:
 
 
 def _tiles(outcome: Outcome) -> list[dict[str, str]]:
+    word, mood = ('equal', 'good') if outcome.replay_equal else ('differs', 'bad')
     return [
         {'value': f'{outcome.rate_before.mean:.0f} %', 'label': 'reach the end without advice', 'mood': 'bad'},
         {'value': f'{outcome.rate_after.mean:.0f} %', 'label': 'reach the end with advice', 'mood': 'good'},
         {'value': str(len(active(outcome.log))), 'label': 'questions answered', 'mood': ''},
         {'value': _flown(outcome.flights, 'after'), 'label': 'succeeded in the simulator', 'mood': ''},
-        {'value': 'equal' if outcome.replay_equal else 'differs', 'label': 'replay of the bag', 'mood': 'good' if outcome.replay_equal else 'bad'},
+        {'value': word, 'label': 'replay of the bag', 'mood': mood},
     ]
 
 

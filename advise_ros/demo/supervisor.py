@@ -9,7 +9,7 @@ import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import IO
+from typing import IO, Any
 
 from ament_index_python.packages import get_package_prefix
 
@@ -64,19 +64,29 @@ class Child:
 class Supervisor:
     """Starts children in sessions of their own, so that Ctrl-C reaches the parent alone, which stops them in order.
 
-    Use as a context manager: leaving it stops every child.
+    Use as a context manager: leaving it stops every child. Within it SIGINT and SIGTERM only leave a note,
+    which `check` turns into KeyboardInterrupt: raised anywhere, it could be lost inside a fork or a callback.
     """
 
     def __init__(self, log_directory: Path) -> None:
         self._logs = log_directory
         self._logs.mkdir(parents=True, exist_ok=True)
         self._children: list[Child] = []
+        self._interrupted = False
+        self._handlers: dict[signal.Signals, Any] = {}
 
     def __enter__(self) -> Supervisor:
+        for number in (signal.SIGINT, signal.SIGTERM):
+            self._handlers[number] = signal.signal(number, self._interrupt)
         return self
 
     def __exit__(self, *_: object) -> None:
         self.stop_all()
+        for number, handler in self._handlers.items():
+            signal.signal(number, handler)
+
+    def _interrupt(self, *_: object) -> None:
+        self._interrupted = True
 
     def start(self, name: str, command: Sequence[str], *, may_end: bool = False, fatal: bool = True) -> Child:
         """Start a process; `may_end`: its clean end is no failure; not `fatal`: nor is any other end."""
@@ -98,7 +108,14 @@ class Supervisor:
         return self.start(log or name, command, may_end=may_end)
 
     def check(self) -> None:
-        """Raise ChildDiedError when a child has ended that should run."""
+        """Look after the children.
+
+        Raises:
+            KeyboardInterrupt: somebody wants the parent to stop.
+            ChildDiedError: a child has ended that should run.
+        """
+        if self._interrupted:
+            raise KeyboardInterrupt
         for child in self._children:
             code = child.process.poll()
             if code is not None and child.fatal and not (child.may_end and code == 0):

@@ -33,6 +33,8 @@ from advise_ros.ros.flying import (
     velocity_command,
 )
 
+MISSION_PERIOD_S = 0.25
+
 
 class PilotNode(Node):
     """Flies demonstrations of the route through cmd_vel, with a person's mistakes, and then ends.
@@ -73,8 +75,10 @@ class PilotNode(Node):
         self._asks = {ask: self.create_client(Trigger, f'mavlink_bridge/{ask.value}') for ask in Ask}
         self.create_subscription(VehicleStatus, 'vehicle_status', self._on_vehicle, qos.latched())
         self.create_subscription(PoseStamped, 'pose', self._on_pose, NEWEST_POSE)
-        period_s = 1.0 / self.config.watchdog_rate_hz
-        self.create_timer(period_s, self._on_watchdog, clock=Clock(clock_type=ClockType.STEADY_TIME))
+        steady = Clock(clock_type=ClockType.STEADY_TIME)
+        self.create_timer(MISSION_PERIOD_S, self._on_mission, clock=steady)
+        self._watchdog = self.create_timer(1.0 / self.config.watchdog_rate_hz, self._on_watchdog, clock=steady)
+        self._watchdog.cancel()  # It runs in flight: waiting costs nothing.
 
     # -- the vehicle -------------------------------------------------------------------------
     def _on_vehicle(self, message: VehicleStatus) -> None:
@@ -112,8 +116,10 @@ class PilotNode(Node):
             self._pose_at_s = time.monotonic()
             choose = flight_choices(self._grid, self.config, self._mission.flight)
             self._flight = PilotFlight(self._grid, choose.action, self._settings, self.config.max_moves, self._home)
+            self._watchdog.reset()
         else:
             self._flight = None
+            self._watchdog.cancel()
 
     def _finish(self) -> None:
         """Leave: the process ends with the node."""
@@ -144,16 +150,18 @@ class PilotNode(Node):
         if flight.finished:
             route = f'{flight.ending} after {flight.moves} moves in {flight.seconds:.0f} s'
             self.get_logger().info(f'flight {self._mission.flight}: {route}; home')
-            self._flight = None
             self._mission.flown(time.monotonic())
+            self._enter(self._mission.stage)
             self._advance_mission()
         self._tell(self._sentence())
 
     # -- steady time -------------------------------------------------------------------------
     def _on_watchdog(self) -> None:
-        missing_s = time.monotonic() - self._pose_at_s
-        if self._flight is not None and missing_s > self.config.pose_timeout_s:
+        if self._flight is not None and time.monotonic() - self._pose_at_s > self.config.pose_timeout_s:
             self._hold()
+
+    def _on_mission(self) -> None:
+        missing_s = time.monotonic() - self._pose_at_s
         if self._flight is not None and missing_s > self.config.vehicle_timeout_s:
             self._mission.fail(f'no pose came for {missing_s:.0f} s')
         self._advance_mission()

@@ -21,28 +21,18 @@ from advise_msgs.msg import Policy, VehicleStatus
 from advise_ros.config import PolicyConfig
 from advise_ros.core.errors import InputError
 from advise_ros.core.mover import NS, Pose
-from advise_ros.core.policy_flight import (
-    FlightPlan,
-    Phase,
-    PolicyFlight,
-    check_start,
-)
+from advise_ros.core.policy_flight import Phase, PolicyFlight, check_start
 from advise_ros.core.seeking import ZERO
 from advise_ros.recording.gridfile import load_grid
 from advise_ros.ros import parameters, qos, run
-from advise_ros.ros.convert import grid_from_msg
 from advise_ros.ros.diagnostics import OK, WARN, Diagnostics
 from advise_ros.ros.flight_teller import FlightTeller
-from advise_ros.ros.flying import (
-    NEWEST_POSE,
-    PoseGate,
-    between_poses_ns,
-    velocity_command,
-)
+from advise_ros.ros.flying import NEWEST_POSE, PoseGate, between_poses_ns, velocity_command
+from advise_ros.ros.policy_shelf import PolicyShelf
 
 # After a flight zero velocity is sent for this long, then nothing: another node may fly.
 HOLD_S = 1.0
-DIAGNOSE_TICKS = 5
+DIAGNOSE_PERIOD_S = 0.5
 # A goal waits this long for a policy or a pose before it is refused.
 START_PATIENCE_S = 1.0
 
@@ -87,12 +77,9 @@ class PolicyNode(Node):
     def __init__(self) -> None:
         super().__init__('policy')
         self.config = parameters.load(self, PolicyConfig)
-        self._grid = load_grid(self.config.grid_file) if self.config.grid_file else None
-        self._settings = self.config.seek_settings()
+        grid = load_grid(self.config.grid_file) if self.config.grid_file else None
+        self._shelf = PolicyShelf(self.config, grid)
         self._gate = PoseGate()
-        self._policy: Policy | None = None
-        self._plan: FlightPlan | None = None
-        self._policy_problem = 'waiting for a policy on advise/policy'
         self._vehicle: VehicleStatus | None = None
         self._pose: Pose | None = None
         self._pose_at_s = 0.0
@@ -100,7 +87,6 @@ class PolicyNode(Node):
         self._flying: Flying | None = None
         self._waiting: list[_Waiting] = []
         self._hold_until_s = 0.0
-        self._ticks = 0
         self._diagnostics = Diagnostics(self)
         self._make_entities()
 
@@ -115,21 +101,16 @@ class PolicyNode(Node):
             self, Fly, 'policy/fly', _begun_on_acceptance, callback_group=ReentrantCallbackGroup(),
             goal_callback=self._on_goal, handle_accepted_callback=self._on_accepted, cancel_callback=self._on_cancel,
         )
-        period_s = 1.0 / self.config.watchdog_rate_hz
-        self.create_timer(period_s, self._on_watchdog, clock=Clock(clock_type=ClockType.STEADY_TIME))
+        steady = Clock(clock_type=ClockType.STEADY_TIME)
+        self.create_timer(DIAGNOSE_PERIOD_S, self._diagnose, clock=steady)
+        self._watchdog = self.create_timer(1.0 / self.config.watchdog_rate_hz, self._on_watchdog, clock=steady)
+        self._watchdog.cancel()  # It runs while there is something to watch: idle costs nothing.
 
     # -- what is flown -----------------------------------------------------------------------
     def _on_policy(self, message: Policy) -> None:
-        try:
-            grid = grid_from_msg(message.grid)
-            if self._grid is not None and grid != self._grid:
-                raise InputError('its grid is not that of grid_file; start all nodes with the same file')
-            plan = FlightPlan(grid, tuple(int(action) for action in message.greedy))
-        except InputError as problem:
-            self._policy_problem = f'policy {message.version} is not flown: {problem}'
-            self.get_logger().warning(self._policy_problem)
-            return
-        self._policy, self._plan, self._policy_problem = message, plan, ''
+        self._shelf.put(message)
+        if self._shelf.problem:
+            self.get_logger().warning(self._shelf.problem)
 
     def _on_vehicle(self, message: VehicleStatus) -> None:
         self._vehicle = message
@@ -184,10 +165,8 @@ class PolicyNode(Node):
     # -- requests ----------------------------------------------------------------------------
     def _missing(self, goal: Fly.Goal) -> str:
         """What has to arrive before a flight can begin; empty when all is there."""
-        if self._policy is None:
-            return self._policy_problem
-        if goal.policy_version not in (0, self._policy.version):
-            return f'policy {goal.policy_version} is asked for, {self._policy.version} is the newest one here'
+        if missing := self._shelf.missing(goal.policy_version):
+            return missing
         if self._pose is None or time.monotonic() - self._pose_at_s > self.config.pose_timeout_s:
             return self._gate.problem or 'no pose arrives'
         if self._vehicle is not None and not self._vehicle.commandable:
@@ -201,22 +180,16 @@ class PolicyNode(Node):
         if (missing := self._missing(goal)) or self._pose is None:
             return missing
         try:
-            check_start(self._plan_for(goal).grid, self._pose.position_enu_m, goal.start_cell)
+            check_start(self._shelf.plan(goal).grid, self._pose.position_enu_m, goal.start_cell)
         except InputError as problem:
             return str(problem)
         return ''
-
-    def _plan_for(self, goal: Fly.Goal) -> FlightPlan:
-        assert self._plan is not None
-        return FlightPlan(
-            self._plan.grid, self._plan.greedy, int(goal.start_cell), int(goal.step_budget),
-            self.config.step_budget_factor, self.config.stop_on_loop,
-        )
 
     async def _on_goal(self, goal: Fly.Goal) -> GoalResponse:
         if self._missing(goal):  # What the client has seen may still be on its way to this node.
             waiting = _Waiting(goal, time.monotonic() + START_PATIENCE_S, Future())
             self._waiting.append(waiting)
+            self._watchdog.reset()
             await waiting.over
         refusal = self._refusal(goal)
         if not refusal:
@@ -226,11 +199,12 @@ class PolicyNode(Node):
         return GoalResponse.REJECT
 
     def _on_accepted(self, goal: ServerGoalHandle) -> None:
-        assert self._policy is not None and self._pose is not None
-        flight = PolicyFlight(self._plan_for(goal.request), self._settings)
-        self._flying = Flying(flight, self._policy.version, self._pose.stamp_ns, goal, Future())
+        assert self._pose is not None
+        flight = PolicyFlight(self._shelf.plan(goal.request), self.config.seek_settings())
+        self._flying = Flying(flight, self._shelf.version, self._pose.stamp_ns, goal, Future())
         self._pose_missing = False
-        self._teller.begin(flight, self._policy.version, self._pose.stamp_ns)
+        self._watchdog.reset()
+        self._teller.begin(flight, self._shelf.version, self._pose.stamp_ns)
         goal.execute(partial(self._execute, self._flying.ended))
 
     async def _execute(self, ended: Future, goal: ServerGoalHandle) -> Fly.Result:
@@ -270,9 +244,8 @@ class PolicyNode(Node):
             if now_s > waiting.until_s or not self._missing(waiting.goal):
                 waiting.over.set_result(None)
         self._waiting = [waiting for waiting in self._waiting if not waiting.over.done()]
-        self._ticks += 1
-        if self._ticks % DIAGNOSE_TICKS == 0:
-            self._diagnose(now_s)
+        if self._flying is None and not self._waiting and now_s >= self._hold_until_s:
+            self._watchdog.cancel()
 
     def _say_pose_missing(self, flying: Flying) -> None:
         if self._pose_missing:
@@ -286,12 +259,12 @@ class PolicyNode(Node):
         stamp_ns = between_poses_ns(self.get_clock().now().nanoseconds)
         self._commands.publish(velocity_command(ZERO, stamp_ns))
 
-    def _diagnose(self, now_s: float) -> None:
-        stale = now_s - self._pose_at_s > self.config.pose_timeout_s
-        waits = [self._policy_problem, (self._gate.problem or 'no pose arrives') if stale else self._gate.problem]
+    def _diagnose(self) -> None:
+        stale = time.monotonic() - self._pose_at_s > self.config.pose_timeout_s
+        waits = [self._shelf.problem, (self._gate.problem or 'no pose arrives') if stale else self._gate.problem]
         said = '; '.join(text for text in waits if text)
         values = {
-            'phase': Phase(self._teller.status.phase).name, 'policy version': self._policy.version if self._policy else 0,
+            'phase': Phase(self._teller.status.phase).name, 'policy version': self._shelf.version,
             'flights': self._teller.status.flight_id, 'poses refused': self._gate.refused,
         }
         self._diagnostics.set(WARN if said else OK, said or ('flying' if self._flying else 'ready to fly'), values)
