@@ -18,9 +18,10 @@ MISTAKE_RATE = 0.75
 class Demonstrator:
     """Flies the route as a person who is often wrong.
 
-    Where several moves are right, the person has the habit of one of them. In `mistake_share` of the states the same wrong action is taken most of the time; elsewhere wrong
-    moves are random, so often that the share of wrong moves is `noise_rate` over all states that have one.
-    A wrong move brings the next waypoint no nearer; it stays on the grid and out of blocked cells.
+    Where several moves are right, the person has the habit of one of them. In `mistake_share` of the
+    states that have a wrong move, the same one is taken most of the time; elsewhere wrong moves are
+    random, so often that their share over all these states is `noise_rate`. A wrong move brings the
+    next waypoint no nearer; it stays on the grid and out of blocked cells.
 
     Args:
         grid: the route.
