@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ctypes
 import signal
 import subprocess
 import time
@@ -14,20 +13,14 @@ from typing import IO, Any
 from ament_index_python.packages import get_package_prefix
 
 from advise_ros.core.errors import AdviseError
+from advise_ros.demo.parent import die_with_parent
 
-PR_SET_PDEATHSIG = 1
 LAST_LINES = 12
 STOP_PATIENCE_S = 8.0
-_LIBC = ctypes.CDLL(None, use_errno=True)
 
 
 class ChildDiedError(AdviseError):
     """A process that should run has ended; the message holds its last lines."""
-
-
-def _die_with_parent() -> None:
-    """In the child: SIGTERM when the parent dies, however it dies (prctl(2))."""
-    _LIBC.prctl(PR_SET_PDEATHSIG, signal.SIGTERM)
 
 
 def executable(name: str) -> Path:
@@ -94,7 +87,7 @@ class Supervisor:
         log_file = log_path.open('ab')
         process = subprocess.Popen(
             list(command), stdin=subprocess.DEVNULL, stdout=log_file, stderr=subprocess.STDOUT,
-            start_new_session=True, preexec_fn=_die_with_parent,  # noqa: PLW1509  one prctl, no locks
+            start_new_session=True, preexec_fn=die_with_parent,  # noqa: PLW1509  one prctl, no locks
         )
         child = Child(name, process, log_path, log_file, may_end, fatal)
         self._children.append(child)
