@@ -138,7 +138,10 @@ class AdviseConfig:
     )
     learn_idle_s: float = param(1.0, 'quiet time before learning when learn_when is idle', low=0.0, high=3600.0)
     budget: int = param(-1, 'answers the person is willing to give, -1: unlimited', low=-1, high=1_000_000)
-    reading: str = param('replace', 'what advice does to a*: replace it and drop its demonstration rows, or the literal program', choices=('replace', 'literal'))
+    reading: str = param(
+        'replace', 'what advice does to a*: replace it and drop its demonstration rows, or the literal program',
+        choices=('replace', 'literal'),
+    )
     lambda_t: float = param(1000.0, 'weight of the demonstrations in equation (1)', low=0.0, high=1e9)
     lambda_a: float = param(500.0, 'weight of the advice in equation (1)', low=0.0, high=1e9)
     r_max: float = param(1.0, 'bound on |reward|', low=1e-6, high=1e6)
@@ -164,7 +167,9 @@ class SeekConfig:
 
     grid_file: str = param('', GRID_DOC)
     speed_m_s: float = param(1.2, 'cruise speed', low=0.05, high=20.0)
-    approach_gain_1_s: float = param(1.5, 'speed per metre of distance near a centre; lower it where commands act late', low=0.05, high=20.0)
+    approach_gain_1_s: float = param(
+        1.5, 'speed per metre of distance near a centre; lower it where commands act late', low=0.05, high=20.0,
+    )
     braking_m_s2: float = param(1.5, 'deceleration planned for before turns and stops', low=0.1, high=20.0)
     altitude_gain_1_s: float = param(0.8, 'climb rate per metre of altitude error', low=0.0, high=20.0)
     climb_m_s: float = param(1.0, 'fastest climb and descent', low=0.0, high=10.0)
@@ -250,7 +255,9 @@ class PilotConfig(SeekConfig):
     mistake_share: float = param(0.2, 'share of states in which the same mistake is made again and again', low=0.0, high=1.0)
     max_moves: int = param(400, 'moves before a flight is given up', low=1, high=1_000_000)
     handle_vehicle: bool = param(True, 'arm, take off and land by the bridge services')
-    vehicle_timeout_s: float = param(180.0, 'longest wait for readiness, take-off, landing or a pose (steady time)', low=1.0, high=3600.0)
+    vehicle_timeout_s: float = param(
+        180.0, 'longest wait for readiness, take-off, landing or a pose (steady time)', low=1.0, high=3600.0,
+    )
     pose_timeout_s: float = param(0.5, 'no pose for this long: zero velocity (steady time)', low=0.05, high=60.0)
     watchdog_rate_hz: float = param(20.0, 'rate of the watchdog (steady time)', low=1.0, high=200.0)
     seed: int = param(0, SEED_DOC, low=0, high=2**31 - 1)
@@ -280,7 +287,10 @@ class ExpertConfig:
         'majority', 'preferred actions: optimal in most states (plurality), or also those optimal in at least half of them',
         choices=('majority', 'plurality'),
     )
-    avoid: str = param('never_optimal', 'avoided actions: never optimal in the cluster, or all that are not preferred', choices=('never_optimal', 'all_others'))
+    avoid: str = param(
+        'never_optimal', 'avoided actions: never optimal in the cluster, or all that are not preferred',
+        choices=('never_optimal', 'all_others'),
+    )
     thinking_time_s: float = param(0.0, 'pause before an answer', low=0.0, high=3600.0)
     seed: int = param(0, SEED_DOC, low=0, high=2**31 - 1)
 

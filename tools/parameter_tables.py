@@ -28,7 +28,8 @@ def table(name: str, config_class: type[Any]) -> str:
         f'| `{spec.name}` | `{spec.default!r}` | {_cell(config.range_text(spec))} | {_cell(spec.metadata["doc"])} |'
         for spec in fields(config_class)
     ]
-    head = f'<details><summary><code>{name}</code></summary>\n\n| parameter | default | allowed | meaning |\n| --- | --- | --- | --- |\n'
+    head = f'<details><summary><code>{name}</code></summary>\n\n'
+    head += '| parameter | default | allowed | meaning |\n| --- | --- | --- | --- |\n'
     return head + '\n'.join(rows) + '\n\n</details>\n'
 
 

@@ -43,7 +43,7 @@ def load(node: Node, config_class: type[ConfigT]) -> ConfigT:
     """
     overrides = {
         name: parameter.value
-        for name, parameter in node._parameter_overrides.items()  # noqa: SLF001  rclpy has no public view of them
+        for name, parameter in node._parameter_overrides.items()  # rclpy has no public view of them
         if name not in BUILT_IN and not name.startswith('qos_overrides.')
     }
     specs: Sequence[Field[Any]] = fields(config_class)  # type: ignore[arg-type]

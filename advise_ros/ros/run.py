@@ -23,7 +23,8 @@ OK, VERDICT_NO, USAGE = 0, 1, 2
 
 def help_text(name: str, doc: str, config_class: type[Any]) -> str:
     """The text of --help: what the node does, its parameters and how to start it."""
-    lines = [f'usage: ros2 run advise_ros {name} [--ros-args -p NAME:=VALUE ... -r FROM:=TO ...]', '', doc.strip(), '', 'parameters:']
+    usage = f'usage: ros2 run advise_ros {name} [--ros-args -p NAME:=VALUE ... -r FROM:=TO ...]'
+    lines = [usage, '', doc.strip(), '', 'parameters:']
     for spec in fields(config_class):
         lines.append(f'  {spec.name}  (default {spec.default!r}; {config.range_text(spec)})')
         lines.extend(textwrap.wrap(spec.metadata['doc'], 92, initial_indent='      ', subsequent_indent='      '))
@@ -57,7 +58,7 @@ def run_node(node_class: type[Node], config_class: type[Any], argv: Sequence[str
         return fail(f'{name} takes ROS arguments only, not {rest[0]!r}; parameters go as --ros-args -p NAME:=VALUE (see --help)')
     try:
         rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.ALL)
-    except Exception as problem:  # rclpy raises several private types for malformed arguments
+    except Exception as problem:  # noqa: BLE001  rclpy raises several private types for malformed arguments
         return fail(f'ROS arguments are malformed: {str(problem).splitlines()[0]}')
     return _spin(node_class)
 
