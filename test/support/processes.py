@@ -130,7 +130,7 @@ class Process:
     def kill(self) -> None:
         """SIGKILL to the whole process group, as when the machine fails."""
         self.expected_to_end = True
-        self._kill_group(signal.SIGKILL)
+        self._kill_group()
         self.popen.wait(10)
         self._join()
 
@@ -147,17 +147,24 @@ class Process:
         return complaint
 
     def _end_children(self, patience_s: float = 3.0) -> str:
+        left = self._wait_empty(patience_s)
+        self._kill_group()
+        return f'{self.name} left processes {left} behind' if left else ''
+
+    def _kill_group(self) -> None:
+        try:
+            os.killpg(self.pid, signal.SIGKILL)
+        except ProcessLookupError:
+            return
+        left = self._wait_empty(5.0)
+        assert not left, f'processes {left} of {self.name} survive SIGKILL'
+
+    def _wait_empty(self, patience_s: float) -> list[int]:
+        """Members of the group that are still alive after a while."""
         deadline = time.monotonic() + patience_s
         while (left := living_in_group(self.pid)) and time.monotonic() < deadline:
             time.sleep(0.02)
-        self._kill_group(signal.SIGKILL)
-        return f'{self.name} left processes {left} behind' if left else ''
-
-    def _kill_group(self, number: int) -> None:
-        try:
-            os.killpg(self.pid, number)
-        except ProcessLookupError:
-            pass
+        return left
 
     def _join(self) -> None:
         for reader in self._readers:
