@@ -21,6 +21,7 @@ class PilotFlight:
         moves: moves chosen so far.
         seconds: time on the route so far, by the poses' stamps.
         ending: why the route ended, in words; empty before.
+        gave_up: it ended because no moves were left.
         finished: home again, at the centre of its cell.
     """
 
@@ -38,6 +39,7 @@ class PilotFlight:
         self.moves = 0
         self.seconds = 0.0
         self.ending = ''
+        self.gave_up = False
 
     @property
     def finished(self) -> bool:
@@ -92,6 +94,7 @@ class PilotFlight:
             return
         action = self._next_action(state)
         if action is None:
+            self.gave_up = True
             self._go_home(f'{self._max_moves} moves did not reach the final waypoint')
             return
         target = self._grid.successor(state, action)

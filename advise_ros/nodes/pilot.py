@@ -42,7 +42,8 @@ class PilotNode(Node):
     For each of `flights`: waits until the vehicle is ready, takes off by mavlink_bridge/takeoff, flies from cell
     to cell as section 4 of the ADVISE paper has its pilots do (in some states the same mistake again
     and again, elsewhere random wrong moves), flies home over free cells after the final waypoint and lands by
-    mavlink_bridge/land. With handle_vehicle false somebody else takes off and lands. It never commands
+    mavlink_bridge/land. After max_moves it gives up: it ends the recording by recorder/stop, where there is one,
+    and flies home. With handle_vehicle false somebody else takes off and lands. It never commands
     while vehicle_status.commandable is false.
 
     Takes `pose` (PoseStamped, frame map) and `vehicle_status`; publishes one `cmd_vel` (TwistStamped, frame map)
@@ -65,6 +66,7 @@ class PilotNode(Node):
         self._gate = PoseGate()
         self._pose_at_s = time.monotonic()
         self._told = ''
+        self._told_recorder = False
         self.exit_code = run.OK
         self._diagnostics = Diagnostics(self)
         self._make_entities()
@@ -73,6 +75,7 @@ class PilotNode(Node):
         self._commands = self.create_publisher(TwistStamped, 'cmd_vel', qos.COMMAND)
         self._statuses = self.create_publisher(String, 'pilot/status', qos.latched())
         self._asks = {ask: self.create_client(Trigger, f'mavlink_bridge/{ask.value}') for ask in Ask}
+        self._recorder_stop = self.create_client(Trigger, 'recorder/stop')
         self.create_subscription(VehicleStatus, 'vehicle_status', self._on_vehicle, qos.latched())
         self.create_subscription(PoseStamped, 'pose', self._on_pose, NEWEST_POSE)
         steady = Clock(clock_type=ClockType.STEADY_TIME)
@@ -116,6 +119,7 @@ class PilotNode(Node):
             self._pose_at_s = time.monotonic()
             choose = flight_choices(self._grid, self.config, self._mission.flight)
             self._flight = PilotFlight(self._grid, choose.action, self._settings, self.config.max_moves, self._home)
+            self._told_recorder = False
             self._watchdog.reset()
         else:
             self._flight = None
@@ -147,6 +151,8 @@ class PilotNode(Node):
             velocity = ZERO
         self._commands.publish(velocity_command(velocity, pose.stamp_ns))
         self._home = flight.home
+        if flight.gave_up and not self._told_recorder:
+            self._tell_recorder()
         if flight.finished:
             route = f'{flight.ending} after {flight.moves} moves in {flight.seconds:.0f} s'
             self.get_logger().info(f'flight {self._mission.flight}: {route}; home')
@@ -154,6 +160,12 @@ class PilotNode(Node):
             self._enter(self._mission.stage)
             self._advance_mission()
         self._tell(self._sentence())
+
+    def _tell_recorder(self) -> None:
+        """The way home is no demonstration: a recorder that listens ends it here."""
+        self._told_recorder = True
+        if self._recorder_stop.service_is_ready():
+            self._recorder_stop.call_async(Trigger.Request())
 
     # -- steady time -------------------------------------------------------------------------
     def _on_watchdog(self) -> None:

@@ -6,6 +6,7 @@ import pytest
 import yaml
 from std_msgs.msg import String
 
+from advise_msgs.msg import Demonstration
 from advise_ros.config import PilotConfig
 from advise_ros.core.grid import Grid
 from advise_ros.core.tracker import CellTracker
@@ -49,6 +50,19 @@ def test_two_demonstrations_are_flown_and_the_pilot_leaves(graph: Graph, grid_fi
     assert states[:-1] == [state for state, _ in moves(grid, config, 1)]
     assert all(stamp_to_ns(c.header.stamp) in bridge.poses for c in bridge.commands)
     assert any('flight 2 of 2: flying, cell [0, 0], next waypoint [2, 0]' in s.data for s in told)
+
+
+def test_a_flight_that_is_given_up_is_recorded_up_to_there(graph: Graph, grid_file: str) -> None:
+    grid = square()
+    bridge = MockBridge(graph, grid, in_air=False, speedup=10.0)
+    graph.start('recorder', {'grid_file': grid_file})
+    graph.wait_until(lambda: graph.node.count_subscribers('pose') == 1)
+    pilot = graph.start('pilot', {'grid_file': grid_file, 'noise_rate': 0.0, 'mistake_share': 0.0, 'max_moves': 5})
+    recorded = graph.wait_for('demonstration', Demonstration, qos=qos.DEMONSTRATIONS)
+    assert recorded.end_reason == Demonstration.STOPPED
+    assert [grid.cell_of(state) for state in recorded.states] == [0, 1, 2, 5, 8]
+    assert pilot.wait_exit() == 0, pilot.text
+    assert grid.cell_at(*bridge.vehicle.position[:2]) == 0
 
 
 def test_a_vehicle_that_refuses_ends_it_with_its_words(graph: Graph, grid_file: str) -> None:

@@ -74,7 +74,7 @@ def test_it_gives_up_after_its_moves_and_flies_home() -> None:
     flight = PilotFlight(grid, lambda state: int(E if grid.cell_of(state) % 3 == 0 else W), SETTINGS, 7)
     vehicle = LazyVehicle([0.0, 0.0, 3.0])
     flown(flight, grid, vehicle)
-    assert (flight.moves, flight.ending) == (7, '7 moves did not reach the final waypoint')
+    assert (flight.moves, flight.gave_up, flight.ending) == (7, True, '7 moves did not reach the final waypoint')
     assert vehicle.position[:2] == pytest.approx((0.0, 0.0), abs=0.5)
 
 
