@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import os
 import signal
 
 PR_SET_PDEATHSIG = 1
@@ -10,6 +11,8 @@ PR_SET_PDEATHSIG = 1
 _LIBC = ctypes.CDLL(None, use_errno=True)
 
 
-def die_with_parent() -> None:
-    """Called in a child: SIGTERM when the thread that started it is gone (Linux, prctl(2))."""
+def die_with_parent(parent: int) -> None:
+    """Called in a child of process `parent`: SIGTERM when the thread that started it is gone (Linux, prctl(2))."""
     _LIBC.prctl(PR_SET_PDEATHSIG, signal.SIGTERM)
+    if os.getppid() != parent:  # It died before the call.
+        os._exit(0)

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import subprocess
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import IO, Any
 
@@ -87,7 +89,7 @@ class Supervisor:
         log_file = log_path.open('ab')
         process = subprocess.Popen(
             list(command), stdin=subprocess.DEVNULL, stdout=log_file, stderr=subprocess.STDOUT,
-            start_new_session=True, preexec_fn=die_with_parent,  # noqa: PLW1509  one prctl, no locks
+            start_new_session=True, preexec_fn=partial(die_with_parent, os.getpid()),  # noqa: PLW1509  one prctl, no locks
         )
         child = Child(name, process, log_path, log_file, may_end, fatal)
         self._children.append(child)

@@ -38,7 +38,8 @@ class TrialPool:
     """Runs trials in one polite process of its own; the flights keep the other cores."""
 
     def __init__(self) -> None:
-        self._pool = ProcessPoolExecutor(1, mp_context=multiprocessing.get_context('spawn'), initializer=_be_polite)
+        spawn = multiprocessing.get_context('spawn')
+        self._pool = ProcessPoolExecutor(1, mp_context=spawn, initializer=_be_polite, initargs=(os.getpid(),))
         self._futures: list[Future[TrialResult]] = []
 
     def start(self, grid: Grid, settings: TrialSettings, seeds: Sequence[int]) -> None:
@@ -56,6 +57,6 @@ class TrialPool:
         self._pool.shutdown(wait=False, cancel_futures=True)
 
 
-def _be_polite() -> None:
+def _be_polite(parent: int) -> None:
     os.nice(NICENESS)
-    die_with_parent()
+    die_with_parent(parent)
