@@ -102,6 +102,10 @@ class Supervisor:
         command = [str(executable(name)), *ros_arguments(parameters, *extra)]
         return self.start(log or name, command, may_end=may_end)
 
+    def pids(self) -> dict[str, int]:
+        """Process ids of the children by name."""
+        return {child.name: child.process.pid for child in self._children}
+
     def check(self) -> None:
         """Look after the children.
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from advise_ros.config import RecorderConfig
-from advise_ros.core.demonstration import Demonstration
+from advise_ros.core.demonstration import Demonstration, EndReason
 from advise_ros.core.discretise import discretise
 from advise_ros.core.errors import InputError
 from advise_ros.core.flights import Flight, split, why_not
@@ -68,8 +68,12 @@ def _windows(session: RecordedSession, config: RecorderConfig, flown: list[Recor
     flights = split(grid, session.recording, config.altitude_tolerance_m)
     cut = [_cut(session, config, grid, flight) for flight in flights]
     windows = {demonstration.window_ns[0]: demonstration for demonstration in cut}
+    stopped = [one for one in flown if one.value.end_reason == EndReason.STOPPED]
     for one in flown:
-        stage.count(_window_difference(one, windows, flights))
+        if one not in stopped:
+            stage.count(_window_difference(one, windows, flights))
+    if stopped:
+        stage.notes.append(f'{len(stopped)} windows were ended by recorder/stop: a call is an input, they are taken as they are')
     without = sum(not why_not(demonstration, manual=False) for demonstration in windows.values()) - len(flown)
     if without > 0:
         stage.notes.append(f'{without} flights along the route have no demonstration: they were discarded')

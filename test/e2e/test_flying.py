@@ -28,11 +28,11 @@ def grid_file(tmp_path: Path) -> str:
 def test_pilot_and_policy_fly_in_the_simulator(graph: Graph, grid_file: str, free_udp_port: int) -> None:
     grid = square()
     clock = {'use_sim_time': True, 'grid_file': grid_file}
-    graph.start('simulator', {'endpoint': f'udpout:127.0.0.1:{free_udp_port}', 'speedup': 5.0, 'ready_after_s': 2.0})
+    graph.start('simulator', {'endpoint': f'udpout:127.0.0.1:{free_udp_port}', 'speedup': 8.0, 'ready_after_s': 1.0})
     graph.start('mavlink_bridge', {**clock, 'url': f'udpin:127.0.0.1:{free_udp_port}', 'pose_rate_hz': 10.0})
     graph.start('recorder', clock)
     policy = graph.start('policy', clock)
-    pilot = graph.start('pilot', {**clock, 'noise_rate': 0.2, 'seed': 1})
+    pilot = graph.start('pilot', {**clock, 'noise_rate': 0.1, 'seed': 1})
 
     heard = graph.wait_for('demonstration', Demonstration, qos=qos.DEMONSTRATIONS, timeout_s=PATIENCE_S)
     recorded = demonstration_from_msg(heard)

@@ -36,10 +36,10 @@ def moves(grid: Grid, config: PilotConfig, flight: int) -> list[tuple[int, int]]
 
 
 def test_two_demonstrations_are_flown_and_the_pilot_leaves(graph: Graph, grid_file: str) -> None:
-    grid, config = square(), PilotConfig(noise_rate=0.2, seed=3)
+    grid, config = square(), PilotConfig(noise_rate=0.1, seed=3)
     bridge = MockBridge(graph, grid, in_air=False, speedup=20.0)
     told = graph.listen('pilot/status', String, qos.latched(100))
-    pilot = graph.start('pilot', {'grid_file': grid_file, 'flights': 2, 'seed': 3, 'noise_rate': 0.2, 'speed_m_s': 2.0})
+    pilot = graph.start('pilot', {'grid_file': grid_file, 'flights': 2, 'seed': 3, 'noise_rate': 0.1, 'speed_m_s': 2.0})
     assert pilot.wait_exit(60.0) == 0, pilot.text
     assert (bridge.takeoffs, bridge.landings) == (2, 2)
     assert not bridge.strange, 'a command while the vehicle took none'
