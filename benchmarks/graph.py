@@ -94,7 +94,8 @@ def measure(options: DemoOptions, seconds: float) -> dict[str, object]:
     found = np.array(latency.seconds) * 1e3
     return {
         'idle_percent': idle, 'flying_percent': flying, 'flight_reached_the_end': bool(result.success),
-        'commands': len(found), 'latency_p50_ms': float(np.percentile(found, 50)), 'latency_p99_ms': float(np.percentile(found, 99)),
+        'commands': len(found),
+        'latency_p50_ms': float(np.percentile(found, 50)), 'latency_p99_ms': float(np.percentile(found, 99)),
     }
 
 

@@ -9,21 +9,20 @@ from advise_ros.core.grid import Grid
 from advise_ros.demo.options import DemoOptions, free_udp_port
 from advise_ros.demo.supervisor import Child, Supervisor
 
-SIM_TIME = {'use_sim_time': True}
-
 
 class DemoGraph:
-    """Starts and stops the processes of one demo run."""
+    """Starts the processes of one demo run; at real-time speed they live by the wall clock, else by /clock."""
 
     def __init__(self, options: DemoOptions, grid: Grid, supervisor: Supervisor) -> None:
         self._options = options
         self._grid = grid
         self._supervisor = supervisor
+        self._simulated_time = options.speedup != 1.0
         self._files = ('--params-file', str(options.params_file))
 
     def _node(self, name: str, parameters: dict[str, object], *, may_end: bool = False, log: str = '') -> Child:
         return self._supervisor.start_node(
-            name, {**SIM_TIME, **parameters}, *self._files, may_end=may_end, log=log,
+            name, {'use_sim_time': self._simulated_time, **parameters}, *self._files, may_end=may_end, log=log,
         )
 
     def _on_grid(self, name: str, parameters: dict[str, object] | None = None, **kinds: object) -> Child:
@@ -39,6 +38,7 @@ class DemoGraph:
             {
                 'endpoint': f'udpout:127.0.0.1:{port}', 'speedup': float(self._options.speedup),
                 'start_east_m': float(east), 'start_north_m': float(north), 'seed': self._options.seed,
+                'publish_clock': self._simulated_time,
             },
             *self._files,
         )
