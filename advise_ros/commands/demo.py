@@ -116,7 +116,7 @@ def _close(options: DemoOptions, story: Story, tools: Tools, sessions: list[Sess
     story.client.wait('the replay of the bag', lambda: replay.process.poll() is not None, COMPUTE_PATIENCE_S)
     code = replay.process.wait()
     outcome = story_outcome(options, story, tools, sessions, code)
-    report = page.write(options.out / 'report.html', page_values(outcome))
+    report = page.write(options.out, page_values(outcome))
     tools.console.rich.print()
     tools.console.rich.print(table(outcome))
     tools.console.rich.print(f'Report: {report}\nBag:    {outcome.bag}\nLogs:   {options.out / "logs"}')

@@ -17,7 +17,11 @@ def render(values: Mapping[str, Any]) -> str:
     return template.render(values)
 
 
-def write(path: Path, values: Mapping[str, Any]) -> Path:
-    """Render into a file; returns its path."""
+def write(directory: Path, values: Mapping[str, Any]) -> Path:
+    """Write report.html, and each picture as a file of its own beside it; returns the page's path."""
+    for name, picture in values.items():
+        if name.endswith('_svg'):
+            (directory / f'{name.removesuffix("_svg")}.svg').write_text(picture, encoding='utf-8')
+    path = directory / 'report.html'
     path.write_text(render(values), encoding='utf-8')
     return path

@@ -169,14 +169,14 @@ class GraphClient:
         self.wait('the landing', lambda: self.vehicle and not self.vehicle.armed, timeout_s)
 
     def fly(self, start_cell: int, timeout_s: float) -> Fly.Result:
-        """Fly the current policy once.
+        """Fly the newest policy heard of once.
 
         Raises:
             AdviseError: the goal was refused.
             GraphTimeoutError: no result in time.
         """
         self.wait('the action policy/fly', lambda: self._fly.server_is_ready() or None, timeout_s)
-        sent = self._fly.send_goal_async(Fly.Goal(step_budget=0, start_cell=start_cell))
+        sent = self._fly.send_goal_async(Fly.Goal(step_budget=0, start_cell=start_cell, policy_version=max(self.policies, default=0)))
         self.wait('the reply of policy/fly', lambda: sent.done() or None, timeout_s)
         handle = sent.result()
         if not handle.accepted:
