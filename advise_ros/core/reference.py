@@ -7,6 +7,7 @@ from typing import Any
 import cvxpy
 import numpy as np
 
+from advise_ros.core.errors import InputError
 from advise_ros.core.program import Pairs, Problem, Solution
 from advise_ros.core.solve import InfeasibleError
 
@@ -18,6 +19,7 @@ def solve(problem: Problem) -> Solution:
 
     Raises:
         InfeasibleError: the advice is strict (slack_cost 0) and contradicts itself.
+        InputError: GLPK gives up; its dense program outgrows it at some thousand states.
     """
     terms, n = problem.terms, problem.mdp.n_states
     b = np.linalg.inv(np.eye(n) - problem.mdp.gamma * problem.mixed.toarray())
@@ -39,10 +41,20 @@ def solve(problem: Problem) -> Solution:
         - terms.slack_cost * cp.sum(eta[advised])
     )
     program = cp.Problem(cp.Maximize(objective), constraints)
-    program.solve(solver=cp.GLPK)
-    if program.status == cp.INFEASIBLE:
+    if (status := _status(program)) in {cp.INFEASIBLE, cp.settings.INFEASIBLE_OR_UNBOUNDED}:
         raise InfeasibleError('no reward satisfies all answers')
+    if status != cp.OPTIMAL:
+        raise InputError(f"solver 'cvxpy' (dense, GLPK) could not solve {n} states: {status}; use solver 'highs'")
     return Solution(r.value, b @ r.value, eta.value[advised], float(program.value))
+
+
+def _status(program: Any) -> str:
+    """In what state GLPK left the program."""
+    try:
+        program.solve(solver=cp.GLPK)
+    except cp.SolverError as problem:
+        return str(problem).split('.', maxsplit=1)[0]
+    return str(program.status)
 
 
 def _margins(problem: Problem, pairs: Pairs, value: Any, least: Any) -> list[Any]:

@@ -13,6 +13,14 @@ from advise_ros.core.program import Problem, Program, Solution, write
 
 # The bounds on r bound everything else, so what is not feasible cannot be unbounded instead.
 INFEASIBLE = (highspy.HighsModelStatus.kInfeasible, highspy.HighsModelStatus.kUnboundedOrInfeasible)
+SHARED_OPTIONS: dict[str, object] = {'output_flag': False, 'threads': 1, 'random_seed': 0}
+# Tried in this order. HiGHS's dual simplex, the fastest here, gives some larger programs up at its first iteration
+# without a status; interior point with crossover and the primal simplex have their own ways to the same optimum.
+METHODS: tuple[dict[str, object], ...] = (
+    {'solver': 'simplex'},
+    {'solver': 'ipx'},
+    {'solver': 'simplex', 'simplex_strategy': 4},
+)
 
 
 class InfeasibleError(AdviseError):
@@ -24,6 +32,7 @@ def solve(problem: Problem) -> Solution:
 
     Raises:
         InfeasibleError: the advice is strict (slack_cost 0) and contradicts itself.
+        AdviseError: no method of HiGHS finds an optimum.
     """
     x = _minimise(program := write(problem))
     n, n_s = problem.mdp.n_states, len(problem.advised)
@@ -36,17 +45,32 @@ def solve(problem: Problem) -> Solution:
 
 
 def _minimise(program: Program) -> Floats:
+    """An optimal x, by the first method that ends with one."""
+    ended = ''
+    for method in METHODS:
+        highs = _run(program, method)
+        status = highs.getModelStatus()
+        if status in INFEASIBLE:
+            raise InfeasibleError('no reward satisfies all answers')
+        if status == highspy.HighsModelStatus.kOptimal:
+            return np.array(highs.getSolution().col_value)
+        ended = highs.modelStatusToString(status)
+    n_rows, n_columns = program.matrix.shape
+    raise AdviseError(
+        f"no method of HiGHS solves the program of {n_rows} rows and {n_columns} columns; the last ended with '{ended}'"
+    )
+
+
+def _run(program: Program, method: dict[str, object]) -> Any:
+    """A fresh solver after its run: nothing of one method or of an earlier call is left to the next."""
     highs: Any = highspy.Highs()
-    for option, value in (('output_flag', False), ('threads', 1), ('random_seed', 0), ('solver', 'simplex')):
-        highs.setOptionValue(option, value)
-    highs.passModel(_model(program))
+    for option, value in {**SHARED_OPTIONS, **method}.items():
+        if highs.setOptionValue(option, value) != highspy.HighsStatus.kOk:
+            raise AdviseError(f"this version of HiGHS ({highs.version()}) does not know option '{option}' = {value}")
+    if highs.passModel(_model(program)) == highspy.HighsStatus.kError:
+        raise AdviseError('HiGHS refuses the program; a constant is too large or not a number')
     highs.run()
-    status = highs.getModelStatus()
-    if status in INFEASIBLE:
-        raise InfeasibleError('no reward satisfies all answers')
-    if status != highspy.HighsModelStatus.kOptimal:
-        raise AdviseError(f'the solver ended with: {highs.modelStatusToString(status)}')
-    return np.array(highs.getSolution().col_value)
+    return highs
 
 
 def _model(program: Program) -> highspy.HighsLp:
