@@ -161,9 +161,8 @@ class Story:
     # -- flying ------------------------------------------------------------------------------
     def _fly_policy(self, session: Session, policy: str) -> None:
         self.client.take_off(STEP_PATIENCE_S)
-        first = self._track_log.last_stamp_ns()
         result = self.client.fly(self.grid.waypoints[-1], FLIGHT_PATIENCE_S)
-        positions = self._track_log.between(first, self._track_log.last_stamp_ns())
+        positions = self._track_log.between(self.client.flying_since_ns, self._track_log.last_stamp_ns())
         self.tracks.append(Track(policy, f'seed {session.seed}', positions, result.success))
         session.flights.append(_flight(session.seed, policy, result))
         mark = '[green]reached the end[/green]' if result.success else '[red]did not reach the end[/red]'

@@ -8,6 +8,13 @@ from collections.abc import Callable
 from typing import Any, TypeVar
 
 import rclpy
+from geometry_msgs.msg import PoseStamped
+from rclpy.action import ActionClient
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
+from std_srvs.srv import Trigger
+
 from advise_msgs.action import Fly
 from advise_msgs.msg import (
     Advice,
@@ -18,15 +25,8 @@ from advise_msgs.msg import (
     Policy,
     VehicleStatus,
 )
-from geometry_msgs.msg import PoseStamped
-from rclpy.action import ActionClient
-from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
-from rclpy.node import Node
-from rclpy.signals import SignalHandlerOptions
-from std_srvs.srv import Trigger
-
 from advise_ros.core.errors import AdviseError
-from advise_ros.ros import qos
+from advise_ros.ros import convert, qos
 
 T = TypeVar('T')
 POLL_S = 0.02
@@ -43,11 +43,12 @@ class GraphClient:
 
     Attributes:
         vehicle, learner, flight, query: the latest message of each topic, None before the first.
+        flying_since_ns: stamp of the last pose before the policy's latest flight began, after the way to its start.
         demonstrations: latest message by demonstration id, in order of arrival.
         policies: by version.
         queries: by query id.
         advice: the session's log in order.
-        track: callbacks get every pose as (stamp_ns, x, y, z) in the map frame.
+        on_pose: called with every pose.
     """
 
     def __init__(self, name: str, check: Callable[[], None] = lambda: None) -> None:
@@ -60,6 +61,7 @@ class GraphClient:
         self.learner: LearnerStatus | None = None
         self.flight: FlightStatus | None = None
         self.query: AdviceQuery | None = None
+        self.flying_since_ns = 0
         self.demonstrations: dict[str, Demonstration] = {}
         self.policies: dict[int, Policy] = {}
         self.queries: dict[int, AdviceQuery] = {}
@@ -76,7 +78,7 @@ class GraphClient:
         listen = self.node.create_subscription
         listen(VehicleStatus, 'vehicle_status', lambda m: setattr(self, 'vehicle', m), qos.latched())
         listen(LearnerStatus, 'advise/status', lambda m: setattr(self, 'learner', m), qos.latched())
-        listen(FlightStatus, 'policy/status', lambda m: setattr(self, 'flight', m), qos.latched())
+        listen(FlightStatus, 'policy/status', self._on_flight, qos.latched(EVERY_ONE))
         listen(AdviceQuery, 'advise/query', self._on_query, qos.latched(EVERY_ONE))
         listen(Policy, 'advise/policy', lambda m: self.policies.__setitem__(m.version, m), qos.latched(EVERY_ONE))
         listen(Advice, 'advise/advice_log', self.advice.append, qos.ADVICE_LOG)
@@ -85,6 +87,12 @@ class GraphClient:
             qos.DEMONSTRATIONS,
         )
         listen(PoseStamped, 'pose', self._on_pose, qos.SENSOR_DEEP)
+
+    def _on_flight(self, flight: FlightStatus) -> None:
+        began = flight.phase == FlightStatus.FLYING and (self.flight is None or self.flight.phase != flight.phase)
+        if began:
+            self.flying_since_ns = convert.stamp_to_ns(flight.header.stamp)
+        self.flight = flight
 
     def _on_query(self, query: AdviceQuery) -> None:
         self.query = query
@@ -176,7 +184,8 @@ class GraphClient:
             GraphTimeoutError: no result in time.
         """
         self.wait('the action policy/fly', lambda: self._fly.server_is_ready() or None, timeout_s)
-        sent = self._fly.send_goal_async(Fly.Goal(step_budget=0, start_cell=start_cell, policy_version=max(self.policies, default=0)))
+        goal = Fly.Goal(step_budget=0, start_cell=start_cell, policy_version=max(self.policies, default=0))
+        sent = self._fly.send_goal_async(goal)
         self.wait('the reply of policy/fly', lambda: sent.done() or None, timeout_s)
         handle = sent.result()
         if not handle.accepted:
