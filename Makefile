@@ -24,7 +24,7 @@ test: setup  ## every test; JUnit results in log/test.xml
 	@exec ./advise python -m pytest -n 2 --dist loadfile --junitxml=log/test.xml $(ARGS)
 
 lint: setup  ## ruff, mypy, import-linter, codespell
-	@. .venv/environment.sh; status=0; for check in 'ruff check' mypy lint-imports codespell; do \
+	@. .venv/environment.sh; status=0; for check in 'ruff check' mypy 'lint-imports --no-logo' codespell; do \
 	    echo "== $$check"; $$check || status=1; done; exit $$status
 
 lock: setup  ## resolve requirements/*.in again, to the newest versions that go together
