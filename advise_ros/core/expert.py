@@ -57,7 +57,7 @@ class SimulatedExpert:
     def advice(self, states: tuple[int, ...]) -> tuple[tuple[int, ...], tuple[int, ...]]:
         """Preferred and avoided actions for the states, without error."""
         votes = self._optimal[list(states)].sum(axis=0)
-        enough = min(votes.max(), len(states) / 2) if self._prefer == 'majority' else votes.max()
+        enough = min(float(votes.max()), len(states) / 2) if self._prefer == 'majority' else float(votes.max())
         preferred = np.flatnonzero(votes >= max(enough, 1))
         never = np.flatnonzero(votes == 0)
         others = np.setdiff1d(np.arange(N_ACTIONS), preferred)

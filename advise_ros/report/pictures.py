@@ -20,7 +20,9 @@ FloatArray = npt.NDArray[np.float64]
 # Okabe and Ito's colours, told apart by colour-blind readers.
 ORANGE, SKY, GREEN, YELLOW = '#E69F00', '#56B4E9', '#009E73', '#F0E442'
 BLUE, VERMILION, PURPLE, GREY = '#0072B2', '#D55E00', '#CC79A7', '#999999'
-CLUSTER_COLOURS = (SKY, ORANGE, GREEN, YELLOW, PURPLE, BLUE, VERMILION, GREY, '#B0D0A0', '#C8B8E8', '#E8D8B0', '#A0C8C8')
+CLUSTER_COLOURS = (
+    SKY, ORANGE, GREEN, YELLOW, PURPLE, BLUE, VERMILION, GREY, '#B0D0A0', '#C8B8E8', '#E8D8B0', '#A0C8C8',
+)
 PANEL_IN = 2.1
 ARROW_CELLS = 0.44
 SHORTEST_ARROW_CELLS = 0.03
@@ -66,10 +68,9 @@ def draw_map(axes: Axes, grid: Grid, layer: int | None = None) -> None:
     for number, cell in enumerate(grid.waypoints, start=1):
         x, y = grid.xy(cell)
         ahead = layer is not None and number == layer + 1
-        axes.text(
-            x + 0.14, y + 0.72, str(number), fontsize=8, fontweight='bold', zorder=6,
-            color='white' if ahead else 'black', bbox={'boxstyle': 'circle,pad=0.18', 'facecolor': 'black' if ahead else 'white', 'edgecolor': 'black', 'linewidth': 0.8},
-        )
+        ink, paper = ('white', 'black') if ahead else ('black', 'white')
+        disc = {'boxstyle': 'circle,pad=0.18', 'facecolor': paper, 'edgecolor': 'black', 'linewidth': 0.8}
+        axes.text(x + 0.14, y + 0.72, str(number), fontsize=8, fontweight='bold', zorder=6, color=ink, bbox=disc)
 
 
 def draw_cells(axes: Axes, grid: Grid, layer: int, colour: Callable[[int], str | None]) -> None:

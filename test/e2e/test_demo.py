@@ -68,9 +68,8 @@ def test_the_story_from_rough_flights_to_a_replayed_bag(ros_env: dict[str, str],
     assert page.count('(simulated-expert)') == 6
     assert not living_in_domain(ros_env['ROS_DOMAIN_ID'])
     verdict = tmp_path / 'verdict.json'
-    replay = subprocess.run(
-        [executable('replay'), str(tmp_path / 'out' / 'bag'), '--json', str(verdict)], env=ros_env, check=False, capture_output=True,
-    )
+    command = [executable('replay'), str(tmp_path / 'out' / 'bag'), '--json', str(verdict)]
+    replay = subprocess.run(command, env=ros_env, check=False, capture_output=True)
     assert replay.returncode == 0
     assert json.loads(verdict.read_text())
 

@@ -4,14 +4,14 @@ import json
 from pathlib import Path
 from typing import Any
 
-from advise_msgs.action import Fly
-from advise_msgs.msg import FlightStatus, LearnerStatus, VehicleStatus
 from rosbags.highlevel import AnyReader
 from std_srvs.srv import Trigger
+
+from advise_msgs.action import Fly
+from advise_msgs.msg import FlightStatus, LearnerStatus, VehicleStatus
+from advise_ros.ros import qos
 from support.graph import Graph
 from support.processes import Process
-
-from advise_ros.ros import qos
 
 NAMESPACE = '/drone'
 GRID = """grid:
