@@ -8,7 +8,6 @@ from collections.abc import Sequence
 
 import rclpy
 from rclpy.signals import SignalHandlerOptions
-from rclpy.utilities import remove_ros_args
 from std_srvs.srv import Trigger
 
 from advise_msgs.msg import LearnerStatus
@@ -17,7 +16,7 @@ from advise_ros.commands.question_text import log_text, question_text
 from advise_ros.core.advice import Answer, Verdict
 from advise_ros.core.errors import AdviseError, InputError
 from advise_ros.core.grid import Action
-from advise_ros.ros import convert, convert_advice
+from advise_ros.ros import arguments, convert, convert_advice
 from advise_ros.ros.graph_client import GraphClient, GraphTimeoutError
 
 ACCEPTED, REFUSED, USAGE = 0, 1, 2
@@ -39,8 +38,8 @@ def main() -> None:
 
 def run(argv: Sequence[str]) -> int:
     """The command with its arguments; returns the exit code."""
-    options = _parser().parse_args(remove_ros_args(['answer', *argv])[1:])
     try:
+        options = _parser().parse_args(arguments.without_ros(argv))
         said = _answer(options)
         rclpy.init(args=list(argv), signal_handler_options=SignalHandlerOptions.NO)
         client = GraphClient('answer')

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import IntEnum
 
@@ -76,7 +77,28 @@ class Demonstration:
 def standing(demonstrations: tuple[Demonstration, ...]) -> tuple[Demonstration, ...]:
     """The demonstrations that hold, in order: without those taken back.
 
-    The recorder takes one back by publishing another with the same id and without moves.
+    The recorder takes one back by publishing another with the same id and without moves. It is the last one before
+    it with that id that goes: a recorder that was started again counts its flights from 1.
     """
-    taken_back = {found.demonstration_id for found in demonstrations if not found.states}
-    return tuple(found for found in demonstrations if found.demonstration_id not in taken_back)
+    held: list[Demonstration] = []
+    for found in demonstrations:
+        if found.states:
+            held.append(found)
+            continue
+        last = next((i for i in reversed(range(len(held))) if held[i].demonstration_id == found.demonstration_id), None)
+        if last is not None:
+            del held[last]
+    return tuple(held)
+
+
+def known(new: Demonstration, demonstrations: Iterable[Demonstration]) -> bool:
+    """Whether it was heard before, to the last stamp: its publisher has come back, or it is one's own."""
+    return any(_sameness(new) == _sameness(old) for old in demonstrations)
+
+
+def _sameness(demonstration: Demonstration) -> tuple[object, ...]:
+    """The window too: two that are taken back at different times have neither moves nor stamps."""
+    return (
+        demonstration.demonstration_id, demonstration.states, demonstration.actions, demonstration.stamps_ns,
+        demonstration.window_ns,
+    )

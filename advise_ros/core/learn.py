@@ -11,7 +11,7 @@ from advise_ros.core.advice import AdviceRecord, Query
 from advise_ros.core.clusters import cluster_states, split
 from advise_ros.core.contradictions import advice_in
 from advise_ros.core.counts import count
-from advise_ros.core.demonstration import Demonstration
+from advise_ros.core.demonstration import Demonstration, standing
 from advise_ros.core.digest import digest, evidence, map_of
 from advise_ros.core.errors import InputError
 from advise_ros.core.grid import Grid
@@ -28,6 +28,9 @@ __all__ = ['LearnSettings', 'Learned', 'learn']
 @dataclass(frozen=True)
 class Learned:
     """What was learnt from the first `n_demonstrations` and the first `log_length` entries of the log.
+
+    As an answer that is taken back, a demonstration that is taken back counts twice among the first ones, when it
+    came and when it went, and leaves no trace in what is learnt.
 
     Attributes:
         version: of the policy, counts up from 1 in a session.
@@ -86,23 +89,24 @@ def learn(  # noqa: PLR0913 - evidence and numbering of a session
 ) -> Learned:
     """Reward, policy and next question.
 
-    Neither the order of the demonstrations nor that of the answers matters, and an answer that was taken back
-    leaves no trace (but in `log_length`).
+    Neither the order of the demonstrations nor that of the answers matters, and what was taken back of either
+    leaves no trace (but in `n_demonstrations` and `log_length`).
 
     Args:
         grid: states and actions.
         settings: constants and readings.
-        demonstrations: at least one.
+        demonstrations: all that came, with those that take others back; at least one must stand.
         log: the advice log.
         version: number of the policy.
         next_query_id: number of the next query.
         budget: answers that the person is willing to give, -1 unlimited.
 
     Raises:
-        InputError: no demonstrations, one on another grid, or strict advice (slack_cost 0) that contradicts itself.
+        InputError: no demonstration stands, one is on another grid, or strict advice (slack_cost 0) that contradicts itself.
     """
     check_demonstrations(grid, demonstrations)
-    counts = count(grid, demonstrations)
+    held = standing(demonstrations)
+    counts = count(grid, held)
     mdp = mdp_of(grid, settings.slip, settings.gamma)
     demonstrated = counts.distribution(settings.laplace)
     advice = advice_in(log)
@@ -132,7 +136,7 @@ def learn(  # noqa: PLR0913 - evidence and numbering of a session
         unmet=tuple(inferred.unmet.tolist()),
         objective=inferred.objective,
         digest=digest(
-            map_of(grid), asdict(settings), evidence(demonstrations, advice), _decisions(inferred, clusters, query)
+            map_of(grid), asdict(settings), evidence(held, advice), _decisions(inferred, clusters, query)
         ),
     )
 
@@ -141,17 +145,26 @@ def check_demonstrations(grid: Grid, demonstrations: tuple[Demonstration, ...]) 
     """Whether there is something to learn from.
 
     Raises:
-        InputError: no demonstrations, or one on another grid.
+        InputError: no demonstration stands, or one is on another grid.
     """
-    if not demonstrations:
-        raise InputError('there is no demonstration yet; fly or load at least one')
     for demonstration in demonstrations:
-        if demonstration.grid != grid:
-            raise InputError(
-                f"demonstration '{demonstration.demonstration_id}' lies on another grid "
-                f'({demonstration.grid.width} x {demonstration.grid.height} cells, '
-                f'{demonstration.grid.n_layers} waypoints); use the same grid file for recorder and learner'
-            )
+        check_grid(grid, demonstration)
+    if not standing(demonstrations):
+        raise InputError('there is no demonstration yet; fly or load at least one')
+
+
+def check_grid(grid: Grid, demonstration: Demonstration) -> None:
+    """Whether a demonstration lies on the grid.
+
+    Raises:
+        InputError: it does not.
+    """
+    if demonstration.grid != grid:
+        raise InputError(
+            f"demonstration '{demonstration.demonstration_id}' lies on another grid "
+            f'({demonstration.grid.width} x {demonstration.grid.height} cells, '
+            f'{demonstration.grid.n_layers} waypoints); use the same grid file for recorder and learner'
+        )
 
 
 def _decisions(inferred: Inferred, clusters: Ints, query: Query | None) -> list[object]:

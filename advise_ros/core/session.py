@@ -11,9 +11,9 @@ from dataclasses import dataclass, replace
 from advise_ros.core.advice import AdviceRecord, Answer, Code, Outcome, Query, Verdict, active
 from advise_ros.core.answers import Fault, check_log, fault
 from advise_ros.core.contradictions import advice_in, against
-from advise_ros.core.demonstration import Demonstration
+from advise_ros.core.demonstration import Demonstration, standing
 from advise_ros.core.grid import Grid
-from advise_ros.core.learn import Learned, LearnSettings, check_demonstrations, learn
+from advise_ros.core.learn import Learned, LearnSettings, check_grid, learn
 from advise_ros.core.queries import budget_left
 
 
@@ -64,8 +64,13 @@ class Session:
     # -- what is there -----------------------------------------------------------------------
     @property
     def demonstrations(self) -> tuple[Demonstration, ...]:
-        """All of them, in order of arrival."""
+        """All that came, in order of arrival, with those that take others back."""
         return self._demonstrations
+
+    @property
+    def standing(self) -> tuple[Demonstration, ...]:
+        """Those that hold, in order of arrival."""
+        return standing(self._demonstrations)
 
     @property
     def log(self) -> tuple[AdviceRecord, ...]:
@@ -89,17 +94,17 @@ class Session:
 
     # -- demonstrations and learning ---------------------------------------------------------
     def add(self, demonstration: Demonstration) -> None:
-        """One more demonstration.
+        """One more demonstration, or one without moves that takes an earlier one back.
 
         Raises:
             InputError: it lies on another grid.
         """
-        check_demonstrations(self.grid, (demonstration,))
+        check_grid(self.grid, demonstration)
         self._demonstrations += (demonstration,)
 
     def snapshot(self) -> Work | None:
-        """What is to be learnt next; None without demonstrations or when the policy is up to date."""
-        if not self._demonstrations or self._is_newest(self._learned):
+        """What is to be learnt next; None when no demonstration stands or the policy is up to date."""
+        if not self.standing or self._is_newest(self._learned):
             return None
         return self._work(self._log)
 

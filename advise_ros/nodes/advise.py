@@ -13,7 +13,7 @@ from std_srvs.srv import Trigger
 from advise_msgs import msg, srv
 from advise_ros.config import AdviseConfig
 from advise_ros.core.advice import Outcome, active
-from advise_ros.core.demonstration import Demonstration
+from advise_ros.core.demonstration import known, standing
 from advise_ros.core.errors import AdviseError
 from advise_ros.core.learn import Learned
 from advise_ros.core.session import Session
@@ -31,7 +31,8 @@ Status = msg.LearnerStatus
 class AdviseNode(Node):
     """Learns a route from demonstrations, asks about what it is unsure of, and learns from the answers.
 
-    Listens to `demonstration`. Publishes `advise/policy`, `advise/query` (query id 0: nothing left to ask),
+    Listens to `demonstration`; one without moves takes the earlier one with its id back (`recorder/discard`), and
+    the policy is learnt anew without it. Publishes `advise/policy`, `advise/query` (query id 0: nothing left to ask),
     `advise/status`, `advise/advice_log`, and for RViz `advise/uncertainty` (per cell the highest U_s of its
     layers, 100 = ln 4 nat), `advise/reward` (per cell the mean, 0 = -r_max, 50 = zero, 100 = +r_max) and
     `advise/markers`; all latched.
@@ -110,7 +111,7 @@ class AdviseNode(Node):
     def _on_demonstration(self, message: msg.Demonstration) -> None:
         try:
             demonstration = convert.demonstration_from_msg(message)
-            if self._known(demonstration):
+            if known(demonstration, self._session.demonstrations):
                 return
             self._session.add(demonstration)
         except (AdviseError, ValueError) as problem:
@@ -119,19 +120,13 @@ class AdviseNode(Node):
             self._tell()
             return
         self._refused = ''
-        self.get_logger().info(f'demonstration {demonstration.demonstration_id}: {len(demonstration.states)} moves')
+        moves = len(demonstration.states)
+        told = f'{moves} moves' if moves else 'taken back'
+        self.get_logger().info(f'demonstration {demonstration.demonstration_id}: {told}')
         if self.config.learn_when == 'idle':
             self._quiet.reset()
         else:
             self._learn()
-
-    def _known(self, new: Demonstration) -> bool:
-        """It was heard before: its publisher came back, or it is our own, from the file."""
-        return any(
-            (old.demonstration_id, old.states, old.actions, old.stamps_ns)
-            == (new.demonstration_id, new.states, new.actions, new.stamps_ns)
-            for old in self._session.demonstrations
-        )
 
     def _on_quiet(self) -> None:
         self._quiet.cancel()
@@ -140,12 +135,15 @@ class AdviseNode(Node):
     # -- learning ----------------------------------------------------------------------------
     def _learn(self) -> None:
         """Have the newest state learnt, unless the worker is at it already: it comes back here when done."""
-        enough = len(self._session.demonstrations) >= self.config.demonstrations_min
-        work = self._session.snapshot() if enough and not self._learning and self._failed_at != self._size else None
+        work = self._session.snapshot() if self._enough and not self._learning and self._failed_at != self._size else None
         if work is not None:
             self._learning, self._learning_size = True, self._size
             self._worker.submit(work.run, self._on_learned)
         self._tell()
+
+    @property
+    def _enough(self) -> bool:
+        return len(self._session.standing) >= self.config.demonstrations_min
 
     def _deliver(self) -> None:
         """The worker has woken the executor."""
@@ -153,7 +151,7 @@ class AdviseNode(Node):
 
     @property
     def _size(self) -> tuple[int, int]:
-        """What there is to learn from; both only grow."""
+        """What came to learn from, what was taken back included; both only grow."""
         return len(self._session.demonstrations), len(self._session.log)
 
     def _on_learned(self, finished: Finished) -> None:
@@ -178,8 +176,9 @@ class AdviseNode(Node):
         if learned.query is not None:
             self._note_asked(learned.query.query_id)
         self._topics.learned(learned, self._session.budget_left)
+        held = standing(self._session.demonstrations[: learned.n_demonstrations])
         self.get_logger().info(
-            f'policy {learned.version} from {learned.n_demonstrations} demonstrations and '
+            f'policy {learned.version} from {len(held)} demonstrations and '
             f'{learned.log_length} log entries in {self._solve_s:.3f} s'
         )
         self.get_logger().info(self._question())
@@ -240,7 +239,9 @@ class AdviseNode(Node):
         level = diagnostics.ERROR if phase == Status.FAILED else diagnostics.OK
         if level == diagnostics.OK and (phase == Status.WAITING_FOR_DEMONSTRATIONS or notes):
             level = diagnostics.WARN
-        self._diagnostics.set(level, text.splitlines()[0], {'demonstrations': self._size[0], 'log entries': self._size[1]})
+        self._diagnostics.set(level, text.splitlines()[0], {
+            'demonstrations': len(self._session.standing), 'log entries': self._size[1],
+        })
 
     def _notes(self) -> list[str]:
         """What is not as it should be, though work goes on; a sentence each."""
@@ -252,16 +253,21 @@ class AdviseNode(Node):
         return notes
 
     def _phase(self) -> tuple[int, str]:
-        n_demonstrations, n_log = self._size
+        n_demonstrations = len(self._session.standing)
         if self._learning:
-            return Status.LEARNING, f'Learning from {n_demonstrations} demonstrations and {n_log} log entries.'
+            return Status.LEARNING, f'Learning from {n_demonstrations} demonstrations and {self._size[1]} log entries.'
         if self._failure:
             return Status.FAILED, self._failure
-        if self._learned is None:
-            topic = self.resolve_topic_name('demonstration')
-            wanted = self.config.demonstrations_min
-            return Status.WAITING_FOR_DEMONSTRATIONS, f'Waiting for demonstrations on {topic}: {n_demonstrations} of {wanted}.'
+        if self._learned is None or not self._enough:
+            return Status.WAITING_FOR_DEMONSTRATIONS, self._waiting(n_demonstrations)
         return (Status.DONE if self._session.query is None else Status.ASKING), self._question()
+
+    def _waiting(self, n_demonstrations: int) -> str:
+        topic = self.resolve_topic_name('demonstration')
+        sentence = f'Waiting for demonstrations on {topic}: {n_demonstrations} of {self.config.demonstrations_min}.'
+        if self._learned is None:
+            return sentence
+        return f'{sentence} Policy {self._learned.version} rests on some that were taken back; do not fly it.'
 
     def _question(self) -> str:
         query = self._session.query
@@ -274,7 +280,7 @@ class AdviseNode(Node):
         query, learned = self._session.query, self._learned
         return Status(
             phase=phase, policy_version=learned.version if learned else 0,
-            demonstrations=self._size[0], answers=len(active(self._session.log)),
+            demonstrations=len(self._session.standing), answers=len(active(self._session.log)),
             query_id=query.query_id if query else 0, budget_left=self._session.budget_left,
             solve_s=self._solve_s, objective=learned.objective if learned else 0.0,
             contradictions=list(learned.contradictions) if learned else [], message=text,

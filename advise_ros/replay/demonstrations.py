@@ -27,8 +27,12 @@ def demonstration_stages(session: RecordedSession, comparison: Comparison) -> li
         config = session.config(RecorderConfig, 'recorder')
         for one in flown:
             stage.count(_difference(session, comparison, config, one))
-    if len(flown) < len(recorded):
-        stage.notes.append(f'{len(recorded) - len(flown)} demonstrations were not flown in this bag and are taken as they are')
+    taken_back = sum(not len(one.value.states) for one in recorded)
+    if taken_back:
+        stage.notes.append(f'{taken_back} demonstration{" was" if taken_back == 1 else "s were"} taken back by recorder/discard')
+    elsewhere = len(recorded) - len(flown) - taken_back
+    if elsewhere:
+        stage.notes.append(f'{elsewhere} demonstrations were not flown in this bag and are taken as they are')
     return [stage, *([_windows(session, config, flown)] if flown and config.split == 'flights' else [])]
 
 

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 from advise_ros.config import AdviseConfig
 from advise_ros.core.advice import AdviceRecord
-from advise_ros.core.demonstration import Demonstration
+from advise_ros.core.demonstration import Demonstration, known
 from advise_ros.core.errors import InputError
 from advise_ros.core.learn import Learned, learn
 from advise_ros.core.learn_settings import LearnSettings
@@ -127,14 +127,15 @@ def _note(log: list[AdviceRecord], value: Any) -> None:
 
 def _heard(session: RecordedSession) -> tuple[Demonstration, ...]:
     """Demonstrations in order of arrival; as the learner does, what was heard before is not taken twice."""
-    heard: dict[tuple[Any, ...], Demonstration] = {}
+    heard: list[Demonstration] = []
     for recorded in session.on('demonstration'):
         try:
             new = convert.demonstration_from_msg(recorded.value)
         except (InputError, ValueError):  # As the learner does; a policy that counts it will miss it.
             continue
-        heard.setdefault((new.demonstration_id, new.states, new.actions, new.stamps_ns), new)
-    return tuple(heard.values())
+        if not known(new, heard):
+            heard.append(new)
+    return tuple(heard)
 
 
 def _learn(

@@ -13,10 +13,10 @@ import rclpy
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
-from rclpy.utilities import remove_ros_args
 
 from advise_ros import config
 from advise_ros.core.errors import AdviseError
+from advise_ros.ros import arguments
 
 OK, VERDICT_NO, USAGE = 0, 1, 2
 
@@ -53,13 +53,13 @@ def run_node(node_class: type[Node], config_class: type[Any], argv: Sequence[str
     if '--help' in args or '-h' in args:
         print(help_text(name, node_class.__doc__ or '', config_class))
         return OK
-    rest = remove_ros_args(['program', *args])[1:]
+    try:
+        rest = arguments.without_ros(args)
+    except AdviseError as problem:
+        return fail(str(problem))
     if rest:
         return fail(f'{name} takes ROS arguments only, not {rest[0]!r}; parameters go as --ros-args -p NAME:=VALUE (see --help)')
-    try:
-        rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.ALL)
-    except Exception as problem:  # noqa: BLE001  rclpy raises several private types for malformed arguments
-        return fail(f'ROS arguments are malformed: {str(problem).splitlines()[0]}')
+    rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.ALL)
     return _spin(node_class)
 
 

@@ -206,6 +206,24 @@ def test_a_learner_that_was_started_again_replays(bag: SessionBag, tmp_path: Pat
     assert stages['policies']['checked'] == stages['queries']['checked'] == 6
 
 
+def test_a_session_in_which_a_demonstration_was_taken_back_replays(tmp_path: Path) -> None:
+    code, stages, _ = verdict(session_bag(take_back=True), tmp_path)
+    assert (code, stages['policies']['checked'], stages['queries']['checked']) == (0, 4, 4)
+    assert '1 demonstration was taken back by recorder/discard' in stages['demonstrations']['notes']
+
+
+def forget_that_it_was_taken_back(bag: SessionBag) -> None:
+    del bag.entries[bag.where('/demonstration')[-1]]
+
+
+def test_the_taking_back_of_a_demonstration_that_was_cut_out_is_missed(tmp_path: Path) -> None:
+    bag = session_bag(take_back=True)
+    forget_that_it_was_taken_back(bag)
+    code, stages, _ = verdict(bag, tmp_path)
+    assert code == 1
+    assert 'demonstrations is 3, expected at most 2' in stages['policies']['difference']
+
+
 # -- bad input -------------------------------------------------------------------------------------
 def error_of(capsys: pytest.CaptureFixture[str], *arguments: object) -> str:
     """The one sentence on stderr; the exit code must be 2."""

@@ -13,7 +13,7 @@ from geometry_msgs.msg import PoseStamped, TwistStamped
 from nav_msgs.msg import Odometry
 from std_srvs.srv import Trigger
 
-from advise_msgs.msg import Demonstration, FlightStatus, VehicleStatus
+from advise_msgs.msg import Demonstration, FlightStatus, LearnerStatus, VehicleStatus
 from advise_ros.config import RecorderConfig
 from advise_ros.core.demonstration import EndReason
 from advise_ros.core.discretise import discretise
@@ -24,6 +24,9 @@ from advise_ros.recording.gridfile import grid_to_mapping
 from advise_ros.ros import convert, qos
 from support.flown import GRID, NS, flight, round_trip
 from support.graph import Graph
+from support.learner import Learner
+from support.learning import taken_back
+from support.walks import walk
 
 BAGS = Path(__file__).parents[2] / 'bags'
 GRID_6X6 = Path(__file__).parents[2] / 'config' / 'grid_6x6.yaml'
@@ -153,6 +156,37 @@ def test_start_stop_and_discard(graph: Graph, grid_file: str) -> None:
     assert taken.success and 'flight-001 is taken back' in taken.message
     assert demonstration(graph, 'flight-001', moves=False).audit.notes
     assert not graph.call(Trigger, 'recorder/discard').success
+
+
+def test_what_is_discarded_goes_out_of_the_policy_too(graph: Graph, grid_file: str) -> None:
+    graph.start('recorder', params={'grid_file': grid_file, 'split': 'manual'})
+    learner = Learner(graph, grid_file, clusters=4)
+    learner.publish(convert.demonstration_to_msg(walk(GRID, 7)))
+    before = learner.policy(1, 0)
+    vehicle = Vehicle(graph)
+    assert graph.call(Trigger, 'recorder/start').success
+    vehicle.fly(flight(GRID, round_trip()[:4], landing=False))
+    graph.wait_until(lambda: _stopped(graph))
+    with_it = learner.policy(2, 0)
+    assert with_it.digest != before.digest
+    graph.wait_until(lambda: learner.statuses[-1].demonstrations == 2)
+    assert graph.call(Trigger, 'recorder/discard').success
+    without = learner.policy(3, 0)  # It counts messages, so that replay knows which ones came before it.
+    assert (without.digest, without.reward, without.version) == (before.digest, before.reward, with_it.version + 1)
+    graph.wait_until(lambda: learner.statuses[-1].demonstrations == 1)
+
+
+def test_a_learner_whose_only_demonstration_is_discarded_waits_for_another(graph: Graph, grid_file: str) -> None:
+    learner = Learner(graph, grid_file, clusters=4)
+    only = walk(GRID, 7)
+    learner.publish(convert.demonstration_to_msg(only))
+    assert learner.policy(1, 0).version == 1
+    for _ in range(2):  # A publisher that comes back repeats it.
+        learner.publish(convert.demonstration_to_msg(taken_back(only)))
+    told = learner.status(LearnerStatus.WAITING_FOR_DEMONSTRATIONS, 'Policy 1 rests on some that were taken back')
+    assert (told.demonstrations, told.policy_version) == (0, 1)
+    learner.publish(convert.demonstration_to_msg(walk(GRID, 8)))
+    assert learner.policy(3, 0).version == 2
 
 
 def _stopped(graph: Graph) -> Trigger.Response | None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -25,6 +26,11 @@ def demonstration(grid: Grid, moves: Sequence[tuple[int, int]], name: str = 'tes
     return Demonstration(
         name, 'test', grid, states, actions, stamps, (0, len(moves) * 10**9), EndReason.FINAL_WAYPOINT, Audit(),
     )
+
+
+def taken_back(earlier: Demonstration, at_ns: int = 10**12) -> Demonstration:
+    """What the recorder publishes to take a demonstration back."""
+    return replace(earlier, states=(), actions=(), stamps_ns=(), window_ns=(at_ns, at_ns), end_reason=EndReason.STOPPED)
 
 
 def flights(seed: int, number: int = 4, grid: Grid = ROUND_TRIP, noise_rate: float = 0.4) -> tuple[Demonstration, ...]:

@@ -30,6 +30,7 @@ from advise_ros.ros import convert, convert_advice
 from advise_ros.ros.cdr import to_cdr
 from advise_ros.ros.flying import velocity_command
 from advise_ros.settings import learn_settings
+from support.learning import taken_back
 
 GRID = Grid(2.0, 3, 3, (-1.0, -1.0), 3.0, (2, 8, 0))
 TICK_NS = 100_000_000
@@ -149,6 +150,13 @@ class SessionBag:
         self.put('/demonstration', convert.demonstration_to_msg(demonstration))
         return demonstration
 
+    def take_back(self, session: Session) -> None:
+        """The last demonstration, as the recorder does."""
+        self.now_ns += TICK_NS
+        gone = taken_back(session.demonstrations[-1], self.now_ns)
+        session.add(gone)
+        self.put('/demonstration', convert.demonstration_to_msg(gone))
+
     # -- learning ----------------------------------------------------------------------------
     def learn(self, session: Session) -> Learned:
         work = session.snapshot()
@@ -180,12 +188,15 @@ def route(wrong_turns: Iterable[int] = ()) -> tuple[int, ...]:
     return tuple(actions[-1 if state in set(wrong_turns) else 0] for state, actions in enumerate(good))
 
 
-def session_bag(answers: int = 1) -> SessionBag:
-    """Two demonstrations, an answer (or more), and a flight of the last policy."""
+def session_bag(answers: int = 1, *, take_back: bool = False) -> SessionBag:
+    """Two demonstrations (the second one taken back), an answer (or more), and a flight of the last policy."""
     bag = SessionBag()
     session = Session(GRID, learn_settings(bag.advise), bag.advise.budget)
     for wrong_turns in ((), range(GRID.n_states)):
         session.add(bag.demonstrate(wrong_turns))
+        learned = bag.learn(session)
+    if take_back:
+        bag.take_back(session)
         learned = bag.learn(session)
     for _ in range(answers):
         bag.answer(session, learned)

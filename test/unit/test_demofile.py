@@ -1,12 +1,13 @@
 """The demonstrations file."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from advise_ros.core.demonstration import Demonstration, standing
+from advise_ros.core.demonstration import Demonstration, known, standing
 from advise_ros.core.discretise import DiscretiseSettings
 from advise_ros.core.errors import InputError
 from advise_ros.core.flights import demonstrations_of
@@ -80,3 +81,21 @@ def test_a_demonstration_without_moves_takes_its_namesake_back() -> None:
     first, second = two()
     empty = Demonstration(first.demonstration_id, '', GRID, (), (), (), (0, 0), first.end_reason, first.audit)
     assert standing((first, second, empty)) == (second,)
+    assert standing((empty, first)) == (first,)
+
+
+def test_of_two_namesakes_the_later_one_is_taken_back_first() -> None:
+    """A recorder that was started again, or a file: its flights are counted from 1 too."""
+    first, second = two()
+    namesake = replace(second, demonstration_id=first.demonstration_id)
+    empty = Demonstration(first.demonstration_id, '', GRID, (), (), (), (0, 0), first.end_reason, first.audit)
+    assert standing((first, namesake, empty)) == (first,)
+    assert standing((first, namesake, empty, empty)) == ()
+    assert standing((first, empty, namesake)) == (namesake,)
+
+
+def test_what_comes_again_is_known_by_all_its_stamps() -> None:
+    first, second = two()
+    assert known(first, (second, first))
+    assert not known(first, (second,))
+    assert not known(replace(first, window_ns=(0, 1)), (first,))

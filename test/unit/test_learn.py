@@ -13,15 +13,16 @@ from advise_ros.core.mdp import occurring
 from advise_ros.core.rollout import rollout
 from advise_ros.core.routes import optimal_table
 from advise_ros.settings import learn_settings
-from support.learning import CORRIDOR, EAST, NORTH, ROUND_TRIP, WEST, demonstration, flights, record
+from support.learning import CORRIDOR, EAST, NORTH, ROUND_TRIP, WEST, demonstration, flights, record, taken_back
 
 FLOWN_RIGHT = demonstration(CORRIDOR, [(0, EAST), (1, EAST), (2, EAST)])
 FLOWN_LOST = demonstration(CORRIDOR, [(0, EAST), (1, WEST), (0, EAST), (1, WEST), (0, EAST), (1, EAST), (2, EAST)])
 
 
 def test_without_demonstrations_there_is_nothing_to_learn() -> None:
-    with pytest.raises(InputError, match='there is no demonstration yet'):
-        learn(CORRIDOR, LearnSettings(), (), ())
+    for nothing in ((), (FLOWN_RIGHT, taken_back(FLOWN_RIGHT))):
+        with pytest.raises(InputError, match='there is no demonstration yet'):
+            learn(CORRIDOR, LearnSettings(), nothing, ())
 
 
 def test_counts_leave_out_what_is_done_after_the_end() -> None:

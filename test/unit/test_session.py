@@ -25,6 +25,7 @@ from support.learning import (
     learn_now,
     ready,
     record,
+    taken_back,
 )
 
 
@@ -40,6 +41,34 @@ def test_a_demonstration_on_another_grid_is_refused_in_words() -> None:
     with pytest.raises(InputError, match=r"'test' lies on another grid \(4 x 1 cells, 1 waypoints\)"):
         session.add(demonstration(CORRIDOR, [(0, EAST)]))
     assert session.demonstrations == ()
+
+
+def test_a_demonstration_taken_back_leaves_no_trace_but_in_the_count() -> None:
+    first, second, third = flights(0, number=3)
+    session, never = Session(ROUND_TRIP, LearnSettings()), Session(ROUND_TRIP, LearnSettings())
+    for found in (first, second):
+        session.add(found)
+        learn_now(session)
+    session.add(taken_back(second))
+    assert session.standing == (first,)
+    never.add(first)
+    without, alone = learn_now(session), learn_now(never)
+    assert (without.digest, without.reward.tobytes()) == (alone.digest, alone.reward.tobytes())
+    assert (without.n_demonstrations, alone.n_demonstrations) == (3, 1)
+    session.add(third)
+    assert learn_now(session).n_demonstrations == 4
+
+
+def test_when_nothing_stands_there_is_nothing_to_learn_until_the_next_flight() -> None:
+    first, second = flights(0, number=2)
+    session = Session(ROUND_TRIP, LearnSettings())
+    session.add(first)
+    learned = learn_now(session)
+    session.add(taken_back(first))
+    assert (session.standing, session.snapshot(), session.learned) == ((), None, learned)
+    assert session.tell(answer(session)).accepted, 'what is said about states holds whatever was flown'
+    session.add(second)
+    assert learn_now(session).log_length == 1
 
 
 def test_an_accepted_answer_closes_its_question_and_asks_for_learning() -> None:
