@@ -93,8 +93,8 @@ def _parser() -> argparse.ArgumentParser:
     )
     topics = parser.add_argument_group('topics of a bag (a name without / in front is found in any namespace)')
     topics.add_argument('--pose-topic', metavar='NAME', help='positions (default: pose, else odom)')
-    topics.add_argument('--command-topic', metavar='NAME', default=DEFAULT_TOPICS.command, help='default: %(default)s')
-    topics.add_argument('--status-topic', metavar='NAME', default=DEFAULT_TOPICS.status, help='default: %(default)s')
+    topics.add_argument('--command-topic', metavar='NAME', help=f'default: {DEFAULT_TOPICS.command}, where there is one')
+    topics.add_argument('--status-topic', metavar='NAME', help=f'default: {DEFAULT_TOPICS.status}, where there is one')
     settings = parser.add_argument_group('settings (as the parameters of the recorder)')
     for name, spec in _setting_specs().items():
         settings.add_argument(
@@ -116,7 +116,9 @@ def _settings(options: argparse.Namespace) -> DiscretiseSettings:
 
 def _topics(options: argparse.Namespace) -> BagTopics:
     pose = (options.pose_topic,) if options.pose_topic else DEFAULT_TOPICS.pose
-    return BagTopics(pose=pose, command=options.command_topic, status=options.status_topic)
+    asked = {'command': options.command_topic, 'status': options.status_topic}
+    named = {kind: name for kind, name in asked.items() if name}
+    return DEFAULT_TOPICS._replace(pose=pose, required=tuple(named), **named)
 
 
 # -- work ------------------------------------------------------------------------------------------
@@ -173,7 +175,8 @@ def _report(outcome: Outcome, grid: Grid, out: str | None) -> None:
     for remark in outcome.remarks:
         console.print(remark, markup=False)
     if out and outcome.demonstrations:
-        console.print(f'{len(outcome.demonstrations)} demonstrations written to {out}', markup=False)
+        count = len(outcome.demonstrations)
+        console.print(f'{count} demonstration{"s" * (count > 1)} written to {out}', markup=False)
     for failure in outcome.failures:
         _fail(failure)
 

@@ -33,12 +33,16 @@ ProgressCallback = Callable[[int, int], None]
 
 
 class BagTopics(NamedTuple):
-    """Names of the topics to read: a name without leading '/' is found in any namespace."""
+    """Names of the topics to read: a name without leading '/' is found in any namespace.
+
+    `required` names those besides the positions that the bag must have: 'command', 'status'.
+    """
 
     pose: tuple[str, ...] = ('pose', 'odom')
     command: str = 'cmd_vel'
     status: str = 'vehicle_status'
     policy: str = 'policy/status'
+    required: tuple[str, ...] = ()
 
 
 DEFAULT_TOPICS = BagTopics()
@@ -99,7 +103,7 @@ def open_bag(path: str | Path) -> Iterator[AnyReader]:
         raise
     except Exception as problem:  # rosbags lets many types through for damaged files
         reason = str(problem).splitlines()[0].rstrip('.') if str(problem) else type(problem).__name__
-        hint = 'was its recording cut off, or is it another kind of file?'
+        hint = 'if its recording was cut off, the tool `mcap recover` saves what is whole'
         raise LogError(f'{path} is not a whole bag ({reason}); {hint}') from problem
 
 
@@ -111,11 +115,21 @@ def _resolve(path: str | Path, reader: AnyReader, topics: BagTopics) -> _Topics:
         _beside(pose, name, [topic for topic, msgtype in types.items() if msgtype == wanted])
         for name, wanted in ((topics.command, COMMAND_TYPE), (topics.status, STATUS_TYPE), (topics.policy, POLICY_TYPE))
     )
-    return _Topics(pose, *others)
+    found = _Topics(pose, *others)
+    for kind in topics.required:
+        if not getattr(found, kind):
+            name, wanted = getattr(topics, kind), {'command': COMMAND_TYPE, 'status': STATUS_TYPE}[kind]
+            raise LogError(
+                f"{path} has no {wanted} on a topic '{name}'; it has {_listed(types)}: name the right one (--{kind}-topic)"
+            )
+    return found
+
+
+def _listed(types: dict[str, str]) -> str:
+    return ', '.join(f'{topic} ({msgtype})' for topic, msgtype in sorted(types.items())) or 'no topics'
 
 
 def _pose_topic(path: str | Path, types: dict[str, str], topics: BagTopics) -> str:
-    have = ', '.join(f'{topic} ({msgtype})' for topic, msgtype in sorted(types.items())) or 'no topics'
     for name in topics.pose:
         matches = [topic for topic in types if types[topic] in POSE_TYPES and _is_named(topic, name)]
         exact = [topic for topic in matches if topic == '/' + name.lstrip('/')]
@@ -125,7 +139,7 @@ def _pose_topic(path: str | Path, types: dict[str, str], topics: BagTopics) -> s
         if matches:
             return (exact or matches)[0]
     wanted = ' or '.join(f"'{name}'" for name in topics.pose)
-    raise LogError(f'{path} has no positions on a topic {wanted}; it has {have}: name the right one (--pose-topic)')
+    raise LogError(f'{path} has no positions on a topic {wanted}; it has {_listed(types)}: name the right one (--pose-topic)')
 
 
 def _is_named(topic: str, name: str) -> bool:

@@ -224,5 +224,5 @@ def _one_sentence(path: Path) -> Iterator[None]:
     except Exception as problem:  # mcap lets struct, zstd, unicode and its own errors through
         reason = str(problem).splitlines()[0].rstrip('.') if str(problem) else type(problem).__name__
         raise LogError(
-            f'{path} is not a whole bag ({reason}); was its recording cut off, or is it another kind of file?'
+            f'{path} is not a whole bag ({reason}); if its recording was cut off, the tool `mcap recover` saves what is whole'
         ) from problem

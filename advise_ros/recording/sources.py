@@ -25,6 +25,8 @@ def read_recording(
     file = Path(path)
     if file.suffix == '.db3':
         raise LogError(f'{path} is a part of a bag; name the directory with its metadata.yaml: {file.parent}')
+    if not file.exists():
+        raise LogError(f'{path}: there is no such file; name a .tlog, a bag directory or an .mcap file')
     if file.is_dir() or file.suffix in BAG_FILES:
         return read_bag(path, topics, progress)
     return read_tlog(path, progress)

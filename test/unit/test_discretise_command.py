@@ -48,6 +48,13 @@ def test_each_mistake_is_one_sentence(arguments: list[str], expected: str, capsy
     assert expected in shown.err and shown.err.count('\n') == 1 and 'Traceback' not in shown.err
 
 
+@pytest.mark.parametrize(('option', 'name'), [('--command-topic', '/cmd'), ('--status-topic', 'pose')])
+def test_topics_that_are_asked_for_must_be_there(option: str, name: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run([BAG, '--grid', GRID, option, name]) == 2
+    error = capsys.readouterr().err
+    assert f"on a topic '{name}'; it has /cmd_vel (geometry_msgs" in error and f'({option})' in error
+
+
 def test_nothing_is_written_when_nothing_was_found(tmp_path: Path) -> None:
     assert run([LOG, '--grid', str(ROOT / 'config/grid_demo.yaml'), '--out', str(tmp_path / 'x.json')]) == 2
     assert list(tmp_path.iterdir()) == []
