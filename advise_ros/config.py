@@ -149,13 +149,18 @@ class AdviseConfig:
     margin_cap: float = param(0.2, 'cap on xi and zeta; 0: none', low=0.0, high=1e6)
     slack_cost: float = param(1000.0, 'cost of contradictory advice (elastic); 0: strict', low=0.0, high=1e9)
     gamma: float = param(0.95, 'discount', low=0.0, high=0.9999)
-    clusters: int = param(10, 'clusters of states', low=1, high=10_000)
-    cluster_features: float = param(0.0, 'weight of position and waypoint beside the action distribution', low=0.0, high=100.0)
+    clusters: int = param(6, 'clusters of states; about 1.5 a waypoint', low=1, high=10_000)
+    cluster_features: float = param(
+        1.0, 'weight of position and waypoint beside the action distribution; 0: none, as in the paper', low=0.0, high=100.0,
+    )
     laplace: float = param(1.0, 'pseudo-count of each action', low=1e-9, high=1e6)
-    temperature: float = param(1.0, 'Boltzmann temperature of the policy', low=1e-6, high=1e6)
+    temperature: float = param(0.1, 'Boltzmann temperature of the policy', low=1e-6, high=1e6)
     w_p: float = param(0.5, 'weight of F (demonstrations) against G (policy)', low=0.0, high=1.0)
     cluster_score: str = param('mean', 'U_c: mean (definition 4) or sum (algorithm 1)', choices=('mean', 'sum'))
-    acquisition: str = param('paper', 'how the next cluster is chosen', choices=('paper', 'occupancy', 'random'))
+    acquisition: str = param(
+        'occupancy', 'what is asked about next: where the policy flies and is unsure, or (paper) the highest U_c',
+        choices=('paper', 'occupancy', 'random'),
+    )
     slip: float = param(0.0, 'probability that a move goes elsewhere in the transition model', low=0.0, high=0.9)
     solver: str = param('highs', 'solver of the program; cvxpy is the readable reference', choices=('highs', 'cvxpy'))
     seed: int = param(0, SEED_DOC, low=0, high=2**31 - 1)

@@ -19,13 +19,13 @@ class LearnSettings:
     margin_cap: float = 0.2
     slack_cost: float = 1000.0
     gamma: float = 0.95
-    clusters: int = 10
-    cluster_features: float = 0.0
+    clusters: int = 6
+    cluster_features: float = 1.0
     laplace: float = 1.0
-    temperature: float = 1.0
+    temperature: float = 0.1
     w_p: float = 0.5
     cluster_score: str = 'mean'
-    acquisition: str = 'paper'
+    acquisition: str = 'occupancy'
     slip: float = 0.0
     solver: str = 'highs'
     seed: int = 0

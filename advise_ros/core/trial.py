@@ -65,6 +65,23 @@ def run_trial(grid: Grid, settings: TrialSettings, seed: int) -> TrialResult:
     """One seeded trial."""
     rng = np.random.default_rng(seed)
     demonstrations = fly(grid, settings, rng)
+    curve = follow(grid, settings, demonstrations, rng, seed)
+    moves = sum(len(demonstration.states) for demonstration in demonstrations)
+    return TrialResult(seed, curve[0], curve[-1], len(curve) - 1, moves, curve)
+
+
+def follow(
+    grid: Grid, settings: TrialSettings, demonstrations: tuple[Demonstration, ...], rng: np.random.Generator, seed: int,
+) -> tuple[bool, ...]:
+    """Whether the policy reaches the goal in order after 0, 1, ... answers of the expert.
+
+    Args:
+        grid: the route.
+        settings: of learner and expert.
+        demonstrations: what is learnt from, simulated or real.
+        rng: of the expert.
+        seed: of the learner.
+    """
     session = Session(grid, replace(settings.learn, seed=seed), settings.answers)
     for demonstration in demonstrations:
         session.add(demonstration)
@@ -75,8 +92,7 @@ def run_trial(grid: Grid, settings: TrialSettings, seed: int) -> TrialResult:
     while session.query is not None and len(curve) <= settings.answers:
         session.tell(expert.answer(session.query))
         curve.append(_succeeds(grid, settings, _learn(session)))
-    moves = sum(len(demonstration.states) for demonstration in demonstrations)
-    return TrialResult(seed, curve[0], curve[-1], len(curve) - 1, moves, tuple(curve))
+    return tuple(curve)
 
 
 def fly(grid: Grid, settings: TrialSettings, rng: np.random.Generator) -> tuple[Demonstration, ...]:

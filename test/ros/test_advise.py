@@ -153,7 +153,8 @@ def test_wrong_answers_are_refused_with_the_code_that_fits_and_change_nothing(gr
 
 def test_contradictory_answers_are_taken_and_named(graph: Graph, grid_file: str) -> None:
     """Demonstrations make new clusters of states that were answered for; at last an opposite answer meets the first."""
-    learner = two_demonstrations(graph, grid_file, clusters=4)
+    by_moves_alone = {'cluster_features': 0.0, 'acquisition': 'paper', 'temperature': 1.0}
+    learner = two_demonstrations(graph, grid_file, clusters=4, **by_moves_alone)
     assert learner.answer(learner.open_query(), (1,), (0, 2, 3)).accepted
     for number in range(2, 9):
         learner.demonstrate(number)

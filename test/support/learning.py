@@ -30,7 +30,10 @@ def demonstration(grid: Grid, moves: Sequence[tuple[int, int]], name: str = 'tes
 
 def taken_back(earlier: Demonstration, at_ns: int = 10**12) -> Demonstration:
     """What the recorder publishes to take a demonstration back."""
-    return replace(earlier, states=(), actions=(), stamps_ns=(), window_ns=(at_ns, at_ns), end_reason=EndReason.STOPPED)
+    return replace(
+        earlier, states=(), actions=(), stamps_ns=(), window_ns=(at_ns, at_ns), end_reason=EndReason.STOPPED,
+        audit=Audit(notes=('taken back',)),
+    )
 
 
 def flights(seed: int, number: int = 4, grid: Grid = ROUND_TRIP, noise_rate: float = 0.4) -> tuple[Demonstration, ...]:

@@ -3,17 +3,22 @@
 from __future__ import annotations
 
 import inspect
+import itertools
 import math
+import runpy
 from dataclasses import fields
+from pathlib import Path
 from typing import Any
 
 import pytest
+import yaml
 
 from advise_ros import config
 from advise_ros.core.errors import InputError
 
 CONFIGS = [member for name, member in inspect.getmembers(config, inspect.isclass) if name.endswith('Config')]
 SPECS = [pytest.param(spec, id=f'{owner.__name__}.{spec.name}') for owner in CONFIGS for spec in fields(owner)]
+ROOT = Path(__file__).resolve().parents[2]
 UNITS = {'m', 's', 'hz', 'ns', 'kib', 'rad', 'deg'}
 
 
@@ -81,3 +86,21 @@ def test_a_config_cannot_be_changed() -> None:
     for owner in CONFIGS:
         with pytest.raises(AttributeError):
             setattr(owner(), fields(owner)[0].name, 0)
+
+
+def test_the_file_with_the_papers_settings_says_something_else_than_the_defaults() -> None:
+    tree = yaml.safe_load((ROOT / 'config' / 'paper.yaml').read_text(encoding='utf-8'))
+    values = tree['/**/advise']['ros__parameters']
+    paper, default = config.build(config.AdviseConfig, values), config.AdviseConfig()
+    assert {name for name in values if getattr(paper, name) != getattr(default, name)} == {
+        'reading', 'margin_cap', 'clusters', 'cluster_features', 'acquisition', 'temperature',
+    }
+    assert config.build(config.ExpertConfig, tree['/**/expert']['ros__parameters']).prefer == 'plurality'
+
+
+def test_the_benchmark_of_the_settings_leads_from_the_paper_to_the_defaults() -> None:
+    rows = list(runpy.run_path(str(ROOT / 'benchmarks' / 'settings.py'))['rows'](10))
+    assert rows[0][1].learn.reading == 'literal' and rows[-1][1].error_rate > 0
+    changed = [sum(a != b for a, b in zip(vars(old.learn).values(), vars(new.learn).values(), strict=True))
+               for (_, old), (_, new) in itertools.pairwise(rows)]
+    assert changed == [2, 1, 1, 1, 1, 0]
