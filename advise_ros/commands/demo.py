@@ -28,11 +28,15 @@ EXAMPLES = """examples:
   ./advise demo --expert human         you answer the questions yourself
   ./advise demo --seed 7 --flights 8   another pilot, more demonstrations
   make demo EXPERT=human SEED=7        the same through make
+
+exit code: 0 the story holds; 1 it does not, or something in it failed; 2 wrong usage; 130 interrupted
 """
 COMPUTE_PATIENCE_S = 300.0
 # Another graph in this domain shows itself within this time.
 DISCOVERY_S = 0.5
 INTERRUPTED = 130
+# The seeds of the trials and of the nodes count up from the given one and stay in the parameters' range.
+SEED_MAX = 2**30
 
 
 def parse(argv: list[str] | None = None) -> DemoOptions:
@@ -60,13 +64,28 @@ def parse(argv: list[str] | None = None) -> DemoOptions:
             raise InputError(f'--{name.replace("_", "-")} is {getattr(given, name)}; it must be {low} or more')
     if not 0.1 <= given.speedup <= 100:
         raise InputError(f'--speedup is {given.speedup}; it must be 0.1 to 100')
+    if not 0 <= given.seed <= SEED_MAX:
+        raise InputError(f'--seed is {given.seed}; it must be 0 to {SEED_MAX}')
     out = given.out or Path('out') / time.strftime('demo-%Y%m%d-%H%M%S')
-    if out.exists() and any(out.iterdir()):
-        raise InputError(f'{out} holds something already; name another directory by --out')
+    _refuse_what_holds_something(out)
     return DemoOptions(
         given.expert, given.seed, given.flights, given.answers, given.seeds_flown, given.trials, given.speedup,
         given.grid.resolve(), given.params_file.resolve(), out.resolve(),
     )
+
+
+def _refuse_what_holds_something(out: Path) -> None:
+    if out.exists() and not out.is_dir():
+        raise InputError(f'{out} is a file; name a new directory by --out')
+    if out.exists() and any(out.iterdir()):
+        raise InputError(f'{out} holds something already; name another directory by --out')
+
+
+def _make(out: Path) -> None:
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+    except OSError as problem:
+        raise InputError(f'{out} cannot be made ({problem.strerror}); name a directory that you may write by --out') from None
 
 
 @dataclass(frozen=True)
@@ -81,7 +100,7 @@ class Tools:
 def run(options: DemoOptions, console: DemoConsole) -> int:
     """Run the story and report; returns the exit code."""
     grid = load_grid(options.grid_file)
-    options.out.mkdir(parents=True, exist_ok=True)
+    _make(options.out)
     pool = TrialPool()
     try:
         with Supervisor(options.out / 'logs') as supervisor:

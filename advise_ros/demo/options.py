@@ -51,16 +51,28 @@ def node_parameters(params_file: Path, node: str) -> dict[str, Any]:
     Raises:
         InputError: the file cannot be read or is no parameter file.
     """
+    for name, entry in _tree(params_file).items():
+        if str(name).rsplit('/', 1)[-1] == node:
+            return dict(entry['ros__parameters'])
+    return {}
+
+
+def _tree(params_file: Path) -> Mapping[Any, Any]:
     try:
         tree = yaml.safe_load(params_file.read_text(encoding='utf-8'))
-    except (OSError, yaml.YAMLError) as problem:
-        raise InputError(f'parameter file {params_file} cannot be read: {str(problem).splitlines()[0]}') from None
-    if not isinstance(tree, Mapping):
-        raise InputError(f'parameter file {params_file} holds no nodes; see config/demo.yaml')
-    for name, entry in tree.items():
-        if str(name).rsplit('/', 1)[-1] == node:
-            return dict(entry.get('ros__parameters', {}))
-    return {}
+    except OSError as problem:
+        reason = str(problem.strerror)
+    except (UnicodeDecodeError, yaml.YAMLError):
+        reason = 'it is not YAML'
+    else:
+        if isinstance(tree, Mapping) and all(_has_parameters(entry) for entry in tree.values()):
+            return tree
+        reason = 'it is not made of nodes with ros__parameters'
+    raise InputError(f'parameter file {params_file} cannot be read ({reason}); see config/demo.yaml for one that works')
+
+
+def _has_parameters(entry: object) -> bool:
+    return isinstance(entry, Mapping) and isinstance(entry.get('ros__parameters'), Mapping)
 
 
 def node_config(params_file: Path, node: str, config_class: type[config.ConfigT]) -> config.ConfigT:

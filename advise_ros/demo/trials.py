@@ -54,7 +54,10 @@ class TrialPool:
         return [future.result() for future in self._futures]
 
     def close(self) -> None:
+        """End the process, also in the middle of a trial: the interpreter would wait for it at its exit."""
         self._pool.shutdown(wait=False, cancel_futures=True)
+        for process in multiprocessing.active_children():
+            process.terminate()
 
 
 def _be_polite(parent: int) -> None:
