@@ -269,8 +269,9 @@ class Recorder:
 
     def _forget(self) -> None:
         """The clock was set back: old samples would lie in the way of new ones."""
-        remark = 'the clock of the positions was set back: what was being recorded is dropped'
-        self._outputs.append(Output(None, remark))
+        if self.phase is not Phase.IDLE:
+            remark = 'the clock of the positions was set back: what was being recorded is dropped'
+            self._outputs.append(Output(None, remark))
         self._poses.clear()
         self._commands.clear()
         self._newest_ns = self._newest_command_ns = 0

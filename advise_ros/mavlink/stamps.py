@@ -23,6 +23,12 @@ class Stamper:
         self._offset_ns: int | None = None
         self._deviations = 0
         self._last_ns = -1
+        self._fixes = 0
+
+    @property
+    def refixed(self) -> int:
+        """How often the offset was fixed anew; often: the clocks run at different speeds."""
+        return max(0, self._fixes - 1)
 
     @property
     def newest_ns(self) -> int:
@@ -55,5 +61,6 @@ class Stamper:
         offset = now_ns - boot_ns
         self._offset_ns = 0 if self._simulated and abs(offset) <= SIMULATED_DEVIATION_NS else offset
         self._deviations = 0
+        self._fixes += 1
         if boot_ns + self._offset_ns + DEVIATION_NS < self._last_ns:
             self._last_ns = -1  # Our clock was set back: stamps go back with it.

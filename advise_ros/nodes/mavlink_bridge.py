@@ -30,6 +30,12 @@ from advise_ros.ros.convert import MAP_FRAME, stamp_from_ns
 from advise_ros.ros.diagnostics import Diagnostics
 
 STATUS_PERIOD_S = 1.0
+# A reboot or a clock that is set sets stamps anew once; this often, the clocks run at different speeds.
+REFIXES_TOLD = 3
+TWO_CLOCKS = (
+    "the autopilot's clock and this node's run at different speeds, so the stamps of poses jump; "
+    'with a simulation that is not in real time set use_sim_time:=true for every node'
+)
 NO_CLOCK = 'a clock: use_sim_time is set, but nothing is heard on /clock'
 
 
@@ -194,6 +200,8 @@ class MavlinkBridge(Node):
     # -- publishing --------------------------------------------------------------------------
     def _publish_pose(self, motion: Motion, attitude: Attitude | None) -> None:
         stamp_ns = self._stamper.stamp_ns(motion.time_boot_ms, self.get_clock().now().nanoseconds)
+        if self._stamper.refixed >= REFIXES_TOLD:
+            self.get_logger().warning(TWO_CLOCKS, once=True)
         if stamp_ns is None:
             return
         message = PoseStamped()
@@ -232,6 +240,7 @@ class MavlinkBridge(Node):
         fence = '' if self._limits.fence else 'the fence is off (no grid_file)'
         sentences = [text for text in (
             f'waiting for {status.waiting_for}' if status.waiting_for else '', self._reason, fence,
+            TWO_CLOCKS if self._stamper.refixed >= REFIXES_TOLD else '',
         ) if text]
         level = diagnostics.ERROR if not status.connected else diagnostics.WARN if sentences else diagnostics.OK
         well = 'commands reach the vehicle' if status.commandable else 'ready'

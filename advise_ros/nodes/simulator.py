@@ -27,8 +27,9 @@ class SimulatorNode(Node):
 
     It sends heartbeats to `endpoint` and waits for a companion (mavlink_bridge) or a ground station: message
     intervals, GUIDED, arm, take-off, velocity setpoints, land. Simulated time runs `speedup` times as fast as
-    steady time; the flight is the same at every speed. Publishes /clock (rosgraph_msgs/Clock) for nodes with
-    use_sim_time, equal to the time_boot_ms of its messages, and says on /diagnostics which speed it reaches.
+    steady time; the flight is the same at every speed. Publishes /clock (rosgraph_msgs/Clock), equal to the
+    time_boot_ms of its messages, and says on /diagnostics which speed it reaches. At any speed but 1 every
+    other node needs -p use_sim_time:=true.
 
     Example: ros2 run advise_ros simulator --ros-args -p endpoint:=udpout:127.0.0.1:14550 -p speedup:=10.0
     """

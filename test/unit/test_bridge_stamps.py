@@ -53,3 +53,12 @@ def test_one_late_message_moves_nothing() -> None:
     stamper.stamp_ns(1000, 1000 * S)
     assert stamper.stamp_ns(2000, 1009 * S) == 1001 * S
     assert stamper.stamp_ns(3000, 1002 * S) == 1002 * S
+
+
+def test_clocks_of_different_speeds_show_in_the_count_of_new_offsets() -> None:
+    fast, slow = Stamper(simulated=False), Stamper(simulated=False)
+    for i in range(200):
+        fast.stamp_ns(1000 + 1000 * i, 1000 * S + 50 * i * MS)
+        slow.stamp_ns(1000 + 50 * i, 1000 * S + 50 * i * MS)
+    assert fast.refixed > 10
+    assert slow.refixed == 0
