@@ -22,7 +22,8 @@ HEAD = """\
 #   ros2 run advise_ros policy --ros-args --params-file my.yaml
 #   ros2 launch advise_ros advise.launch.py params_file:=my.yaml
 # /**/NAME means the node NAME in any namespace. An unknown name or a value out of range stops the node
-# with a sentence. The learner as the paper has it: config/paper.yaml. Made by tools/parameter_file.py from advise_ros/config.py; a test compares the two.
+# with a sentence. The learner as the paper has it: config/paper.yaml.
+# Made by tools/parameter_file.py from advise_ros/config.py; a test compares the two.
 """
 
 
