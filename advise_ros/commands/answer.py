@@ -19,7 +19,7 @@ from advise_ros.core.grid import Action
 from advise_ros.ros import arguments, convert, convert_advice
 from advise_ros.ros.graph_client import GraphClient, GraphTimeoutError
 
-ACCEPTED, REFUSED, USAGE = 0, 1, 2
+ACCEPTED, REFUSED, USAGE, INTERRUPTED = 0, 1, 2, 130
 EPILOG = """examples:
   ./advise answer                                            show the open question and the answers so far
   ./advise answer --query 3 --prefer east --avoid north,west
@@ -29,7 +29,7 @@ EPILOG = """examples:
   ./advise answer --retract 2                                take answer 2 back
 A learner in a namespace: add --ros-args -r __ns:=/NAMESPACE
 
-exit code: 0 accepted (or shown), 1 refused, 2 wrong usage or no learner there"""
+exit code: 0 accepted (or shown), 1 refused, 2 wrong usage or no learner there; 130 interrupted"""
 
 
 def main() -> None:
@@ -52,7 +52,7 @@ def run(argv: Sequence[str]) -> int:
     except AdviseError as problem:
         return _fail(str(problem))
     except KeyboardInterrupt:
-        return USAGE
+        return INTERRUPTED
 
 
 def _fail(sentence: str) -> int:

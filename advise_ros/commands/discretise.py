@@ -30,7 +30,7 @@ from advise_ros.recording.demofile import save_demonstrations
 from advise_ros.recording.gridfile import load_grid
 from advise_ros.recording.sources import read_recording
 
-OK, USAGE = 0, 2
+OK, USAGE, INTERRUPTED = 0, 2, 130
 NS = 1_000_000_000
 TABLE_COLUMNS = 120  # Where the terminal does not tell its width.
 WAYPOINTS_SHOWN = 6
@@ -42,7 +42,7 @@ EXAMPLES = """examples:
   ./advise discretise flight*.mcap --grid grid.yaml --pose-topic /drone1/pose --out demos.json
 
 exit code: 0 all recordings gave demonstrations; 2 wrong usage, or a recording gave none
-(the demonstrations of the others are written all the same)."""
+(the demonstrations of the others are written all the same); 130 interrupted, nothing written"""
 
 
 class Outcome(NamedTuple):
@@ -54,7 +54,7 @@ class Outcome(NamedTuple):
 
 
 def main(argv: Sequence[str] | None = None) -> None:
-    """Entry point; exits with 0 or 2."""
+    """Entry point; exits with the code of `run`."""
     sys.exit(run(list(sys.argv[1:] if argv is None else argv)))
 
 
@@ -69,6 +69,9 @@ def run(argv: Sequence[str]) -> int:
             save_demonstrations(options.out, outcome.demonstrations)
     except AdviseError as problem:
         return _fail(str(problem))
+    except KeyboardInterrupt:
+        print('stopped; nothing was written', file=sys.stderr, flush=True)
+        return INTERRUPTED
     _report(outcome, grid, options.out)
     return USAGE if outcome.failures else OK
 

@@ -22,7 +22,7 @@ from advise_ros.replay.session import RecordedSession, read_session
 from advise_ros.replay.stage import Comparison
 from advise_ros.ros import convert
 
-OK, DIFFERS, USAGE = 0, 1, 2
+OK, DIFFERS, USAGE, INTERRUPTED = 0, 1, 2, 130
 STAGES = (completeness_stages, demonstration_stages, learning_stages, flight_stages)
 REPORT_COLUMNS = 120  # Where the terminal does not tell its width.
 
@@ -34,11 +34,11 @@ examples:
   ./advise replay session1
   ./advise replay session1 --json verdict.json
 
-exit code: 0 all agree; 1 something differs; 2 wrong usage, or no whole bag with a session"""
+exit code: 0 all agree; 1 something differs; 2 wrong usage, or no whole bag with a session; 130 interrupted"""
 
 
 def main(argv: Sequence[str] | None = None) -> None:
-    """Entry point; exits with 0, 1 or 2."""
+    """Entry point; exits with the code of `run`."""
     sys.exit(run(list(sys.argv[1:] if argv is None else argv)))
 
 
@@ -52,6 +52,9 @@ def run(argv: Sequence[str]) -> int:
     except AdviseError as problem:
         print(f'error: {problem}', file=sys.stderr, flush=True)
         return USAGE
+    except KeyboardInterrupt:
+        print('stopped before the verdict', file=sys.stderr, flush=True)
+        return INTERRUPTED
     if options.json != '-':
         console = Console()
         show(report, console if console.is_terminal else Console(width=REPORT_COLUMNS))

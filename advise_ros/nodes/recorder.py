@@ -169,7 +169,7 @@ class RecorderNode(Node):
         }
         waiting = self._waiting_for()
         if self._refused:
-            self._diagnostics.set(diagnostics.WARN, next(iter(self._refused)), values)
+            self._diagnostics.set(diagnostics.WARN, '; '.join((waiting or self._doing(), *self._refused)), values)
         elif waiting:
             self._diagnostics.set(diagnostics.WARN, waiting, values)
         else:
