@@ -40,7 +40,7 @@ def range_text(spec: Field[Any]) -> str:
     low, high = spec.metadata['low'], spec.metadata['high']
     if low is None and high is None:
         return {bool: 'true | false', str: 'any text'}.get(type(spec.default), 'any number')
-    return f'{"-inf" if low is None else f"{low:g}"} to {"inf" if high is None else f"{high:g}"}'
+    return f'{"-inf" if low is None else f"{low:.10g}"} to {"inf" if high is None else f"{high:.10g}"}'
 
 
 def check(spec: Field[Any], value: Scalar) -> Scalar:
@@ -144,7 +144,7 @@ class AdviseConfig:
     )
     lambda_t: float = param(1000.0, 'weight of the demonstrations in equation (1)', low=0.0, high=1e9)
     lambda_a: float = param(500.0, 'weight of the advice in equation (1)', low=0.0, high=1e9)
-    r_max: float = param(1.0, 'bound on |reward|', low=1e-6, high=1e6)
+    r_max: float = param(1.0, 'bound on the absolute value of a reward', low=1e-6, high=1e6)
     delta: float = param(0.1, 'margin that advice must have', low=0.0, high=1e6)
     margin_cap: float = param(0.2, 'cap on xi and zeta; 0: none', low=0.0, high=1e6)
     slack_cost: float = param(1000.0, 'cost of contradictory advice (elastic); 0: strict', low=0.0, high=1e9)
@@ -246,6 +246,10 @@ class SimulatorConfig:
     max_speed_m_s: float = param(10.0, 'fastest horizontal flight; drag and tilt end it near 11', low=0.1, high=50.0)
     acceleration_m_s2: float = param(3.0, 'how fast the autopilot changes velocity', low=0.1, high=30.0)
     battery_s: float = param(1200.0, 'flight time of a full battery', low=10.0, high=100_000.0)
+    setpoint_lead_s: float = param(
+        0.0, 'simulated time waits (0.1 s at most) when it is this far ahead of the newest setpoint in motion; 0: never',
+        low=0.0, high=60.0,
+    )
     guided_timeout_s: float = param(3.0, 'setpoints older than this brake the vehicle (simulated time)', low=0.1, high=60.0)
     system_id: int = param(1, 'MAVLink system id of the vehicle', low=1, high=255)
     seed: int = param(0, SEED_DOC, low=0, high=2**31 - 1)

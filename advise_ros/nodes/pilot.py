@@ -34,6 +34,8 @@ from advise_ros.ros.flying import (
 )
 
 MISSION_PERIOD_S = 0.25
+# A recorder that there is replies to recorder/stop in this time, on a busy machine too.
+RECORDER_PATIENCE_S = 2.0
 
 
 class PilotNode(Node):
@@ -66,7 +68,8 @@ class PilotNode(Node):
         self._gate = PoseGate()
         self._pose_at_s = time.monotonic()
         self._told = ''
-        self._told_recorder = False
+        self._gave_up_at_s: float | None = None
+        self._stop_reply: Future | None = None
         self.exit_code = run.OK
         self._diagnostics = Diagnostics(self)
         self._make_entities()
@@ -119,7 +122,7 @@ class PilotNode(Node):
             self._pose_at_s = time.monotonic()
             choose = flight_choices(self._grid, self.config, self._mission.flight)
             self._flight = PilotFlight(self._grid, choose.action, self._settings, self.config.max_moves, self._home)
-            self._told_recorder = False
+            self._gave_up_at_s, self._stop_reply = None, None
             self._watchdog.reset()
         else:
             self._flight = None
@@ -144,6 +147,9 @@ class PilotNode(Node):
             self._fly(self._flight, pose)
 
     def _fly(self, flight: PilotFlight, pose: Pose) -> None:
+        if flight.gave_up and not self._recorder_told():
+            self._commands.publish(velocity_command(ZERO, pose.stamp_ns))
+            return
         try:
             velocity = flight.step(pose)
         except InputError as problem:
@@ -151,8 +157,6 @@ class PilotNode(Node):
             velocity = ZERO
         self._commands.publish(velocity_command(velocity, pose.stamp_ns))
         self._home = flight.home
-        if flight.gave_up and not self._told_recorder:
-            self._tell_recorder()
         if flight.finished:
             route = f'{flight.ending} after {flight.moves} moves in {flight.seconds:.0f} s'
             self.get_logger().info(f'flight {self._mission.flight}: {route}; home')
@@ -161,11 +165,15 @@ class PilotNode(Node):
             self._advance_mission()
         self._tell(self._sentence())
 
-    def _tell_recorder(self) -> None:
-        """The way home is no demonstration: a recorder that listens ends it here."""
-        self._told_recorder = True
-        if self._recorder_stop.service_is_ready():
-            self._recorder_stop.call_async(Trigger.Request())
+    def _recorder_told(self) -> bool:
+        """The way home is no demonstration: a recorder that listens ends it first; hold until it has."""
+        now_s = time.monotonic()
+        if self._gave_up_at_s is None:
+            self._gave_up_at_s = now_s
+        if self._stop_reply is None and self._recorder_stop.service_is_ready():
+            self._stop_reply = self._recorder_stop.call_async(Trigger.Request())
+        replied = self._stop_reply is not None and self._stop_reply.done()
+        return replied or now_s - self._gave_up_at_s > RECORDER_PATIENCE_S
 
     # -- steady time -------------------------------------------------------------------------
     def _on_watchdog(self) -> None:

@@ -15,7 +15,7 @@ from advise_ros.ros import convert, parameters, qos, run
 from advise_ros.ros.diagnostics import OK, WARN, Diagnostics
 from advise_ros.sim.autopilot import COMPONENT_ID, Autopilot
 from advise_ros.sim.link import Link
-from advise_ros.sim.pacing import Pacer
+from advise_ros.sim.pacing import Pacer, Patience
 
 FASTEST_TIMER_S, SLOWEST_TIMER_S = 0.001, 0.01
 # A callback hands control back after this long, so that signals and diagnostics are served.
@@ -40,6 +40,7 @@ class SimulatorNode(Node):
         self._autopilot = Autopilot(self.config, np.random.default_rng(self.config.seed))
         self._link = Link(self.config.endpoint, self.config.system_id, COMPONENT_ID)
         self._pacer = Pacer(self.config.speedup, round(self.config.step_s * 1e9))
+        self._patience = Patience(self.config.setpoint_lead_s)
         self._clock_period_ns = round(1e9 / self.config.clock_rate_hz)
         self._clock_sent_ns = 0
         self._spoken_to = False
@@ -60,6 +61,10 @@ class SimulatorNode(Node):
         self._answer()
         while self._pacer.due(now_ns := time.monotonic_ns()) > 0 and now_ns - started_ns < LONGEST_TURN_NS:
             self._answer()
+            vehicle = self._autopilot.vehicle
+            if self._patience.waits(vehicle.flight.moving_setpoint_age_s(vehicle.now_s), now_ns):
+                self._pacer.forgive(now_ns)
+                return
             messages = self._autopilot.step()
             self._pacer.did(1)
             self._publish_clock(now_ns)

@@ -54,6 +54,14 @@ class Flight:
         """Take a setpoint; it ends a take-off, as in ArduCopter."""
         self.takeoff_to_m, self._setpoint = None, (setpoint, now_s)
 
+    def moving_setpoint_age_s(self, now_s: float) -> float:
+        """Simulated age of the velocity setpoint that moves the vehicle; 0 while none does."""
+        if self.mode is not Mode.GUIDED or self._setpoint is None:
+            return 0.0
+        setpoint, received_s = self._setpoint
+        moves = setpoint.velocity_enu_m_s is not None and any(setpoint.velocity_enu_m_s)
+        return now_s - received_s if moves else 0.0
+
     def target(self, state: State, now_s: float) -> Target | None:
         """What to fly at this instant; None while the motors still spool up."""
         if self.mode is Mode.GUIDED:

@@ -38,6 +38,10 @@ class Pacer:
             return 1
         return debt
 
+    def forgive(self, steady_ns: int) -> None:
+        """Drop the ticks that are due: time stood still on purpose and does not catch up."""
+        self._anchor = (steady_ns, self._done)
+
     def did(self, ticks: int) -> None:
         """Count ticks that were done."""
         self._done += ticks
@@ -50,3 +54,26 @@ class Pacer:
             self.achieved = (self._done - since_done) * self._step_ns / (steady_ns - since_ns)
             self.falls_behind = self.speedup > 0.0 and self.achieved < 0.97 * self.speedup
             self._window = (steady_ns, self._done)
+
+
+class Patience:
+    """Whether simulated time should wait for a companion whose setpoint grows old.
+
+    At high speed a companion's delay of some milliseconds is a long time in the simulation. Time then waits
+    at `lead_s` after the newest setpoint, but never longer than `LONGEST_WAIT_NS` for the same one.
+    """
+
+    LONGEST_WAIT_NS = NS // 10
+
+    def __init__(self, lead_s: float) -> None:
+        self._lead_s = lead_s
+        self._since_ns: int | None = None
+
+    def waits(self, setpoint_age_s: float, steady_ns: int) -> bool:
+        """Whether to stand still now; `setpoint_age_s` in simulated time, 0 while no setpoint moves the vehicle."""
+        if self._lead_s == 0.0 or setpoint_age_s < self._lead_s:
+            self._since_ns = None
+            return False
+        if self._since_ns is None:
+            self._since_ns = steady_ns
+        return steady_ns - self._since_ns < self.LONGEST_WAIT_NS
