@@ -80,7 +80,8 @@ def _windows(session: RecordedSession, config: RecorderConfig, flown: list[Recor
         stage.notes.append(f'{len(stopped)} windows were ended by recorder/stop: a call is an input, they are taken as they are')
     without = sum(not why_not(demonstration, manual=False) for demonstration in windows.values()) - len(flown)
     if without > 0:
-        stage.notes.append(f'{without} flights along the route have no demonstration: they were discarded')
+        flights_have = 'flight along the route has' if without == 1 else 'flights along the route have'
+        stage.notes.append(f'{without} {flights_have} no demonstration: discarded, or begun before the recorder')
     return stage
 
 
