@@ -152,12 +152,20 @@ def _demonstrations(
     first = len(outcome.demonstrations) + 1
     found = demonstrations_of(grid, recording, settings, first=first, undivided=options.undivided)
     if not found.demonstrations:
-        heights = recording.poses.positions_enu_m[:, 2]
-        highest_m = np.nanmax(heights) if np.isfinite(heights).any() else np.nan
-        too_low = f'no flight reaches {grid.altitude_m:g} m, the highest position is {highest_m:.1f} m'
-        reason = '; '.join(found.notes[:REASONS_SHOWN]) or too_low
+        reason = '; '.join(found.notes[:REASONS_SHOWN]) or _why_no_flight(grid, recording)
         raise LogError(f'{recording.source} gives no demonstration on this grid: {reason}')
     return found
+
+
+def _why_no_flight(grid: Grid, recording: Recording) -> str:
+    stamps_ns, positions_enu_m = recording.poses
+    numbers = np.isfinite(positions_enu_m).all(axis=1)
+    if not numbers.any():
+        return 'none of its positions is a number'
+    if not (numbers & (stamps_ns != 0)).any():
+        return 'none of its positions has a stamp; record them with header.stamp set'
+    highest_m = positions_enu_m[numbers & (stamps_ns != 0), 2].max()
+    return f'no flight reaches {grid.altitude_m:g} m, the highest position is {highest_m:.1f} m'
 
 
 def _add(outcome: Outcome, path: str, recording: Recording, found: Demonstrations) -> None:

@@ -2,9 +2,11 @@
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
-from advise_ros.commands.discretise import run
+from advise_ros.commands.discretise import _why_no_flight, run
+from advise_ros.core.samples import CommandSamples, PoseSamples, Recording
 from advise_ros.recording.demofile import load_demonstrations
 from advise_ros.recording.gridfile import load_grid
 
@@ -53,6 +55,17 @@ def test_topics_that_are_asked_for_must_be_there(option: str, name: str, capsys:
     assert run([BAG, '--grid', GRID, option, name]) == 2
     error = capsys.readouterr().err
     assert f"on a topic '{name}'; it has /cmd_vel (geometry_msgs" in error and f'({option})' in error
+
+
+@pytest.mark.parametrize(
+    ('stamp_ns', 'x_m', 'expected'),
+    [(1, np.nan, 'none of its positions is a number'), (0, 0.0, 'none of its positions has a stamp'),
+     (1, 0.0, 'no flight reaches 5 m, the highest position is 5.0 m')],
+)
+def test_why_there_is_no_flight_is_told_truly(stamp_ns: int, x_m: float, expected: str) -> None:
+    poses = PoseSamples(np.full(3, stamp_ns), np.array([[x_m, 0.0, 5.0]] * 3))
+    commands = CommandSamples(np.zeros(0, dtype=np.int64), np.zeros((0, 3)))
+    assert expected in _why_no_flight(load_grid(GRID), Recording(poses, commands))
 
 
 def test_nothing_is_written_when_nothing_was_found(tmp_path: Path) -> None:
