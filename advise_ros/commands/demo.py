@@ -20,7 +20,7 @@ from advise_ros.demo.supervisor import Child, Supervisor, executable
 from advise_ros.demo.trials import TrialPool, trial_settings
 from advise_ros.recording.gridfile import load_grid
 from advise_ros.report import page
-from advise_ros.ros.run import OK, VERDICT_NO, fail
+from advise_ros.ros.run import OK, VERDICT_NO, exit_now, fail
 from advise_ros.settings import learn_settings
 
 EXAMPLES = """examples:
@@ -180,4 +180,4 @@ def main() -> None:
     except KeyboardInterrupt:
         print('stopped; every process of the demo has ended', file=sys.stderr, flush=True)
         code = INTERRUPTED
-    sys.exit(code)
+    exit_now(code)

@@ -27,6 +27,7 @@ from advise_ros.ros.graph_client import GraphClient
 
 STEP_PATIENCE_S = 60.0
 FLIGHT_PATIENCE_S = 300.0
+SETTLE_PATIENCE_S = 15.0
 HUMAN_PATIENCE_S = 86_400.0
 
 
@@ -99,14 +100,18 @@ class Story:
 
     def _fly_demonstrations(self, session: Session) -> None:
         wanted = self._options.flights
+        self.client.wait('recorder and logger to hear positions', self.client.hears_positions, STEP_PATIENCE_S)
         pilot = self._graph.start_pilot()
         with self._console.bar('demonstrations', wanted) as bar:
             self.client.wait(
-                f'{wanted} demonstrations',
-                lambda: bar.at(len(self.client.demonstrations)) and len(self.client.demonstrations) >= wanted,
+                'the end of the demonstrations',
+                lambda: bar.at(len(self.client.demonstrations)) and pilot.process.poll() is not None,
                 wanted * FLIGHT_PATIENCE_S,
             )
-            self.client.wait('the end of the last demonstration', lambda: pilot.process.poll() is not None, FLIGHT_PATIENCE_S)
+        self.client.wait(
+            f'{wanted} demonstrations of the recorder after as many flights (its log tells what became of them)',
+            lambda: len(self.client.demonstrations) >= wanted, SETTLE_PATIENCE_S,
+        )
         self._supervisor.check()
         session.demonstrations = tuple(map(convert.demonstration_from_msg, self.client.demonstrations.values()))
         for demonstration in session.demonstrations:

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from typing import Any, TypeVar
 
 import rclpy
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PoseStamped
 from rclpy.action import ActionClient
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
@@ -30,6 +31,8 @@ from advise_ros.ros import convert, qos
 
 T = TypeVar('T')
 POLL_S = 0.02
+# How long a goal is sent again when it is refused.
+ACCEPT_PATIENCE_S = 15.0
 # Questions and policies can follow one another faster than they are read here; none is to be missed.
 EVERY_ONE = 1000
 
@@ -44,6 +47,7 @@ class GraphClient:
     Attributes:
         vehicle, learner, flight, query: the latest message of each topic, None before the first.
         flying_since_ns: stamp of the last pose before the policy's latest flight began, after the way to its start.
+        health: latest diagnostic status by node name.
         demonstrations: latest message by demonstration id, in order of arrival.
         policies: by version.
         queries: by query id.
@@ -62,6 +66,7 @@ class GraphClient:
         self.flight: FlightStatus | None = None
         self.query: AdviceQuery | None = None
         self.flying_since_ns = 0
+        self.health: dict[str, DiagnosticStatus] = {}
         self.demonstrations: dict[str, Demonstration] = {}
         self.policies: dict[int, Policy] = {}
         self.queries: dict[int, AdviceQuery] = {}
@@ -87,6 +92,10 @@ class GraphClient:
             qos.DEMONSTRATIONS,
         )
         listen(PoseStamped, 'pose', self._on_pose, qos.SENSOR_DEEP)
+        listen(DiagnosticArray, '/diagnostics', self._on_diagnostics, 100)
+
+    def _on_diagnostics(self, message: DiagnosticArray) -> None:
+        self.health.update({status.name.rsplit('/', 1)[-1]: status for status in message.status})
 
     def _on_flight(self, flight: FlightStatus) -> None:
         began = flight.phase == FlightStatus.FLYING and (self.flight is None or self.flight.phase != flight.phase)
@@ -164,6 +173,13 @@ class GraphClient:
             raise AdviseError(f'{name} was refused: {response.message}')
         return str(response.message)
 
+    def hears_positions(self) -> bool:
+        """Whether the recorder and the logger say that positions arrive."""
+        recorder, logger = self.health.get('recorder'), self.health.get('logger')
+        if recorder is None or logger is None or recorder.level != DiagnosticStatus.OK:
+            return False
+        return any(pair.key.endswith('pose') and pair.value not in ('', '0') for pair in logger.values)
+
     # -- flying ------------------------------------------------------------------------------
     def take_off(self, timeout_s: float) -> None:
         """Arm and climb to the grid's altitude; returns when velocity commands reach the vehicle."""
@@ -185,11 +201,17 @@ class GraphClient:
         """
         self.wait('the action policy/fly', lambda: self._fly.server_is_ready() or None, timeout_s)
         goal = Fly.Goal(step_budget=0, start_cell=start_cell, policy_version=max(self.policies, default=0))
-        sent = self._fly.send_goal_async(goal)
-        self.wait('the reply of policy/fly', lambda: sent.done() or None, timeout_s)
-        handle = sent.result()
-        if not handle.accepted:
-            raise AdviseError(f'policy/fly refused: {self.flight.message if self.flight else "no reason given"}')
+        end = time.monotonic() + ACCEPT_PATIENCE_S
+        handle = self._send(goal, timeout_s)
+        while not handle.accepted:  # A node that has just started may not have heard the policy yet.
+            if time.monotonic() > end:
+                raise AdviseError(f'policy/fly refused: {self.flight.message if self.flight else "no reason given"}')
+            handle = self._send(goal, timeout_s)
         result = handle.get_result_async()
         self.wait('the end of the flight', lambda: result.done() or None, timeout_s)
         return result.result().result
+
+    def _send(self, goal: Fly.Goal, timeout_s: float) -> Any:
+        sent = self._fly.send_goal_async(goal)
+        self.wait('the reply of policy/fly', lambda: sent.done() or None, timeout_s)
+        return sent.result()
