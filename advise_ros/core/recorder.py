@@ -22,10 +22,6 @@ SETTLE_S = 0.2
 KEEP = 400
 # A pose this much older than the newest one means that the clock was set back.
 CLOCK_BACK_NS = 1_000_000_000
-TOO_LATE = (
-    'the vehicle was in the air already when its first position came: this flight is left out, '
-    'the next take-off begins a demonstration (or recorder/start, before the first waypoint)'
-)
 TAKEN_BACK = 'taken back: discarded after it was published'
 
 Vector = tuple[float, float, float]
@@ -59,8 +55,7 @@ class Recorder:
     By flights: a window opens when the vehicle reaches the grid's altitude after take-off and ends at the
     final waypoint, landing or disarming; a new one needs a new take-off. The vehicle's state tells when it is
     in the air, or its altitude where the state is not known. Otherwise, and beside it, `start` and `stop`.
-    Flights of a policy are left out, and so is one that was in the air already when the first position came:
-    which waypoints it had reached is not known.
+    Flights of a policy are left out.
 
     What `take` returns equals `discretise` of the samples given, within the demonstration's window.
 
@@ -81,7 +76,7 @@ class Recorder:
         self._pending: deque[VehicleEvent] = deque()
         self._seen_ns, self._silent_s = -1, 0.0
         self._knows_state = self._airborne = self._flown = self._policy_flies = False
-        self._manual = self._was_low = False
+        self._manual = False
         self._start_ns = self._end_ns = 0
         self._end_reason = EndReason.STOPPED
         self._closing_s: float | None = None
@@ -238,15 +233,10 @@ class Recorder:
                 self._landed(stamp_ns, EndReason.LANDED)
                 self._airborne = False
             self._airborne = self._airborne or altitude_m >= landed_altitude_m(self._grid)
-        self._was_low = self._was_low or altitude_m < self._up_m
         if self._by_flights and self._airborne and not self._flown and altitude_m >= self._up_m:
             self._flown = True
-            if self.phase is not Phase.IDLE or self._policy_flies:
-                return
-            if self._was_low:
+            if self.phase is Phase.IDLE and not self._policy_flies:
                 self._open(stamp_ns, manual=False)
-            else:
-                self._outputs.append(Output(None, TOO_LATE))
 
     def _landed(self, stamp_ns: int, reason: EndReason) -> None:
         self._flown = False

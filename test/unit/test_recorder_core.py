@@ -142,23 +142,3 @@ def test_a_clock_set_back_starts_afresh() -> None:
     play(into, flight(GRID, round_trip()[:4], SECOND_NS, landing=False)._replace(events=()))
     (found,) = play(into, flight(GRID, round_trip(), START_NS)._replace(events=()))
     assert found.window_ns[0] == START_NS + 4 * NS and found.audit.late == 0
-
-
-@pytest.mark.parametrize('states_known', [True, False])
-def test_a_recorder_that_begins_in_mid_flight_waits_for_the_next_take_off(states_known: bool) -> None:
-    begin_ns = START_NS + 30 * NS
-    late = BOTH._replace(
-        poses=type(BOTH.poses)(*(column[BOTH.poses.stamps_ns >= begin_ns] for column in BOTH.poses)),
-        events=BOTH.events if states_known else (),
-    )
-    into = recorder()
-    (found,) = play(into, late)
-    assert found.window_ns[0] > SECOND_NS and found.demonstration_id == 'flight-001'
-
-
-def test_the_flight_that_is_left_out_is_told() -> None:
-    into = recorder()
-    for index in range(20):
-        into.pose(START_NS + index * NS // 10, (0.0, 0.0, GRID.altitude_m))
-    (told,) = into.take(1.0)
-    assert told.demonstration is None and 'in the air already' in told.remark and into.phase is Phase.IDLE
