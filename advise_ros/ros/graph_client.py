@@ -14,6 +14,7 @@ from rclpy.action import ActionClient
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
+from rclpy.task import Future
 from std_srvs.srv import Trigger
 
 from advise_msgs.action import Fly
@@ -207,11 +208,17 @@ class GraphClient:
             if time.monotonic() > end:
                 raise AdviseError(f'policy/fly refused: {self.flight.message if self.flight else "no reason given"}')
             handle = self._send(goal, timeout_s)
-        result = handle.get_result_async()
-        self.wait('the end of the flight', lambda: result.done() or None, timeout_s)
-        return result.result().result
+        return self._done('the end of the flight', handle.get_result_async, timeout_s).result
 
     def _send(self, goal: Fly.Goal, timeout_s: float) -> Any:
-        sent = self._fly.send_goal_async(goal)
-        self.wait('the reply of policy/fly', lambda: sent.done() or None, timeout_s)
-        return sent.result()
+        return self._done('the reply of policy/fly', lambda: self._fly.send_goal_async(goal), timeout_s)
+
+    def _done(self, what: str, ask: Callable[[], Future], timeout_s: float) -> Any:
+        """The result of the future that `ask` returns in the spinning thread.
+
+        rclpy's action client notes what it has sent only after sending it: in another thread the reply can be met
+        before the note, and is dropped.
+        """
+        asked = self._executor.create_task(ask)
+        self.wait(what, lambda: (asked.done() and asked.result().done()) or None, timeout_s)
+        return asked.result().result()

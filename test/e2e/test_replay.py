@@ -55,8 +55,7 @@ class Drone:
         """Take off, fly the newest policy to its end, whatever that is, and land."""
         self.call('takeoff')
         self.wait('vehicle_status', VehicleStatus, lambda m: m.commandable)
-        handle = self.graph.send_goal(Fly, f'{NAMESPACE}/policy/fly', Fly.Goal(start_cell=4), timeout_s=PATIENCE_S)
-        assert handle.accepted
+        handle = self.graph.accepted_goal(Fly, f'{NAMESPACE}/policy/fly', Fly.Goal(start_cell=4), PATIENCE_S)
         self.graph.result(handle, timeout_s=PATIENCE_S)
         self.call('land')
         self.wait('vehicle_status', VehicleStatus, lambda m: not m.armed)

@@ -129,7 +129,7 @@ def test_holding_by_cancel_stop_and_the_vehicle_itself(graph: Graph) -> None:
     handle = take_off_and_fly()
     assert not graph.send_goal(Fly, 'policy/fly', Fly.Goal()).accepted
     wait_for_status(graph, 'a flight is under way')
-    graph.wait_future(handle.cancel_goal_async())
+    graph.cancel(handle)
     ended = graph.result(handle)
     assert (ended.status, ended.result.phase) == (GoalStatus.STATUS_CANCELED, FlightStatus.CANCELED)
     graph.wait_until(holds)

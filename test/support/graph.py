@@ -167,12 +167,33 @@ class Graph:
         client = self._clients[key]
         self.wait_until(client.server_is_ready, timeout_s, f'action {name}')
         take = None if feedback is None else lambda message: feedback(message.feedback)
-        sent = client.send_goal_async(goal, feedback_callback=take)
+        sent = self.in_node_thread(lambda: client.send_goal_async(goal, feedback_callback=take))
         return self.wait_future(sent, timeout_s, f'an answer to the goal of {name}')
+
+    def accepted_goal(self, kind: type, name: str, goal: Any, timeout_s: float = PATIENCE_S) -> Any:
+        """The handle of a goal that is sent until it is accepted: the server may hear later than we that it can be."""
+        def accepted() -> Any:
+            handle = self.send_goal(kind, name, goal, timeout_s=timeout_s)
+            return handle if handle.accepted else None
+
+        return self.wait_until(accepted, timeout_s, f'{name} to accept a goal')
 
     def result(self, handle: Any, timeout_s: float = PATIENCE_S) -> Any:
         """The end of an action goal: `.status` and `.result`."""
-        return self.wait_future(handle.get_result_async(), timeout_s, 'the result of the action')
+        asked = self.in_node_thread(handle.get_result_async)
+        return self.wait_future(asked, timeout_s, 'the result of the action')
+
+    def cancel(self, handle: Any, timeout_s: float = PATIENCE_S) -> Any:
+        """Cancel an action goal."""
+        return self.wait_future(self.in_node_thread(handle.cancel_goal_async), timeout_s, 'the cancellation')
+
+    def in_node_thread(self, act: Callable[[], Any]) -> Any:
+        """What `act` returns in the spinning thread.
+
+        rclpy's action client notes what it has sent only after sending it: a spinning thread beside it can meet
+        the reply before the note, and drops it.
+        """
+        return self.wait_future(self.executor.create_task(act), what='the test node to act')
 
     def wait_future(self, future: Any, timeout_s: float = PATIENCE_S, what: str = 'the future') -> Any:
         """The result of an rclpy future."""
