@@ -127,8 +127,9 @@ class Story:
         expert = self._start_expert(session)
         patience = HUMAN_PATIENCE_S if expert is None else FLIGHT_PATIENCE_S
         self.client.wait('the last answer', lambda: self._phase() == LearnerStatus.DONE, patience)
+        self.client.wait('the log of the answers', lambda: len(self._log()) >= self._answers(), SETTLE_PATIENCE_S)
         session.queries = dict(self.client.queries)
-        session.log = tuple(map(convert_advice.advice_from_msg, self.client.advice))
+        session.log = self._log()
         self._console.say(f'seed {session.seed}: {self._answers()} questions asked and answered')
         self._fly_policy(session, 'after')
         if expert is not None:
@@ -137,6 +138,9 @@ class Story:
     # -- learning ----------------------------------------------------------------------------
     def _phase(self) -> int | None:
         return self.client.learner.phase if self.client.learner is not None else None
+
+    def _log(self) -> tuple[AdviceRecord, ...]:
+        return tuple(map(convert_advice.advice_from_msg, self.client.advice))
 
     def _answers(self) -> int:
         return self.client.learner.answers if self.client.learner is not None else 0

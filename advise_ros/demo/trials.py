@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import multiprocessing
 import os
 from collections.abc import Sequence
@@ -54,10 +55,16 @@ class TrialPool:
         return [future.result() for future in self._futures]
 
     def close(self) -> None:
-        """End the process, also in the middle of a trial: the interpreter would wait for it at its exit."""
-        self._pool.shutdown(wait=False, cancel_futures=True)
+        """End the process, also in the middle of a trial: the interpreter would wait for it at its exit.
+
+        The pool itself goes with it: the command leaves by `exit_now`, which runs no finaliser, and semaphores that
+        still live then are reported as leaked.
+        """
         for process in multiprocessing.active_children():
             process.terminate()
+        self._pool.shutdown(wait=True, cancel_futures=True)
+        del self._pool
+        gc.collect()
 
 
 def _be_polite(parent: int) -> None:

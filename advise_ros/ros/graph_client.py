@@ -87,7 +87,7 @@ class GraphClient:
         listen(FlightStatus, 'policy/status', self._on_flight, qos.latched(EVERY_ONE))
         listen(AdviceQuery, 'advise/query', self._on_query, qos.latched(EVERY_ONE))
         listen(Policy, 'advise/policy', lambda m: self.policies.__setitem__(m.version, m), qos.latched(EVERY_ONE))
-        listen(Advice, 'advise/advice_log', self.advice.append, qos.ADVICE_LOG)
+        listen(Advice, 'advise/advice_log', self._on_advice, qos.ADVICE_LOG)
         listen(
             Demonstration, 'demonstration', lambda m: self.demonstrations.__setitem__(m.demonstration_id, m),
             qos.DEMONSTRATIONS,
@@ -108,6 +108,9 @@ class GraphClient:
         self.query = query
         if query.query_id:
             self.queries[query.query_id] = query
+
+    def _on_advice(self, advice: Advice) -> None:  # Not `self.advice.append`: `forget_session` puts another list there.
+        self.advice.append(advice)
 
     def _on_pose(self, pose: PoseStamped) -> None:
         if self.on_pose is not None:
