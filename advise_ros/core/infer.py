@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from advise_ros.core import contradictions, solve
+from advise_ros.core import contradictions
 from advise_ros.core.advice import AdviceRecord
 from advise_ros.core.errors import InputError
 from advise_ros.core.learn_settings import LearnSettings
 from advise_ros.core.mdp import Mdp, boltzmann, greedy, plan
 from advise_ros.core.numerics import Floats, Ints
-from advise_ros.core.program import Evidence, Problem, Solution, pose
+from advise_ros.core.program import Evidence, InfeasibleError, Problem, Solution, pose
+from advise_ros.core.solve import solve
 
 # More slack than this share of delta is advice not met, less is the solver's tolerance.
 SLACK_SHARE = 1e-3
@@ -55,8 +56,8 @@ def infer(mdp: Mdp, favourite: Ints, records: tuple[AdviceRecord, ...], settings
     """
     problem = pose(mdp, Evidence(favourite, contradictions.preferences(records)), settings.terms)
     try:
-        solution = _solve(problem, settings.solver)
-    except solve.InfeasibleError:
+        solution = solve(problem, settings.solver)
+    except InfeasibleError:
         raise InputError(_refusal(contradictory(problem, records))) from None
     unmet = slack_states(problem, solution)
     value, q = plan(mdp, solution.reward, solution.value)
@@ -64,14 +65,6 @@ def infer(mdp: Mdp, favourite: Ints, records: tuple[AdviceRecord, ...], settings
         solution.reward, value, q, greedy(q), boltzmann(q, settings.temperature), solution.objective, unmet,
         contradictory(problem, records) if len(unmet) else contradictions.among(records, ()),
     )
-
-
-def _solve(problem: Problem, solver: str) -> Solution:
-    if solver == 'cvxpy':
-        from advise_ros.core import reference  # noqa: PLC0415 - half a second to import, and seldom wanted
-
-        return reference.solve(problem)
-    return solve.solve(problem)
 
 
 def slack_states(problem: Problem, solution: Solution) -> Ints:
@@ -82,7 +75,7 @@ def slack_states(problem: Problem, solution: Solution) -> Ints:
 def contradictory(problem: Problem, records: tuple[AdviceRecord, ...]) -> tuple[int, ...]:
     """Advice ids that contradict one another: what has slack even when nothing else is asked for."""
     feasible = problem._replace(terms=problem.terms._replace(lambda_t=0.0, lambda_a=0.0, slack_cost=SLACK_FORBIDDING))
-    return contradictions.among(records, slack_states(feasible, solve.solve(feasible)).tolist())
+    return contradictions.among(records, slack_states(feasible, solve(feasible)).tolist())
 
 
 def _refusal(ids: tuple[int, ...]) -> str:

@@ -1,22 +1,30 @@
-"""The drone's decision process: sparse transitions and planning on them.
+"""Decision processes: sparse transitions and planning on them; the drone's is `mdp_of`.
 
-States are numbered by `core/grid.py`; Q is indexed [state, action].
+The drone's states are numbered by `core/grid.py`; Q is indexed [state, action].
 """
 
 from __future__ import annotations
 
-from functools import lru_cache
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
 from typing import NamedTuple
 
 import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
+from advise_ros.core.errors import InputError
 from advise_ros.core.grid import ACTION_STEP, N_ACTIONS, Grid
 from advise_ros.core.numerics import Bools, Floats, Ints, first_best
 
+# Outcomes that differ by less, summed over the targets, are one.
+ALIKE = 1e-12
+# Rows of transitions may miss a sum of 1 by this much.
+SUM_TOLERANCE = 1e-6
 
-class Mdp(NamedTuple):
+
+@dataclass(frozen=True, eq=False)
+class Mdp:
     """A finite Markov decision process without reward.
 
     Attributes:
@@ -36,6 +44,19 @@ class Mdp(NamedTuple):
     def n_actions(self) -> int:
         return int(self.stacked.shape[0]) // self.n_states
 
+    @cached_property
+    def alike(self) -> Bools:
+        """(n, n_actions, n_actions): whether two actions of a state have the same outcome."""
+        same = np.ones((self.n_states, self.n_actions, self.n_actions), dtype=np.bool_)
+        blocks = [self.stacked[a * self.n_states : (a + 1) * self.n_states] for a in range(self.n_actions)]
+        for a, b in zip(*np.triu_indices(self.n_actions, 1), strict=True):
+            same[:, a, b] = same[:, b, a] = abs(blocks[a] - blocks[b]).sum(axis=1) <= ALIKE
+        return same
+
+    def expected(self, value: Floats) -> Floats:
+        """(n_actions, n) the mean of a value (n,) over the outcomes of each action in each state."""
+        return (self.stacked @ value).reshape(self.n_actions, self.n_states)
+
     def outcomes(self, states: Ints, actions: Ints) -> sparse.csr_array:
         """(m, n) rows P(. | s, a) of m pairs."""
         return self.stacked[actions * self.n_states + states]
@@ -48,6 +69,43 @@ class Mdp(NamedTuple):
         mix = sparse.csr_array((shares.ravel(), columns.ravel(), rows), shape=(n, n * n_actions))
         mix.eliminate_zeros()
         return mix @ self.stacked
+
+
+class Transitions(NamedTuple):
+    """Entries P(target | state, action) = probability of any process, each (k,); what is not named is 0."""
+
+    action: Ints
+    state: Ints
+    target: Ints
+    probability: Floats
+
+
+def from_transitions(n_states: int, n_actions: int, gamma: float, transitions: Transitions) -> Mdp:
+    """A process from its list of transitions; entries that name the same outcome twice add up.
+
+    Raises:
+        InputError: an index is out of range, a probability negative or no number, or the probabilities of an
+            action in a state do not sum to 1.
+    """
+    for name, index, end in (
+        ('action', transitions.action, n_actions), ('state', transitions.state, n_states),
+        ('target', transitions.target, n_states),
+    ):
+        if len(index) and not 0 <= index.min() <= index.max() < end:
+            raise InputError(f'transitions name {name} {index.min()} to {index.max()}; allowed is 0 to {end - 1}')
+    if not (transitions.probability >= 0.0).all():
+        raise InputError('transitions have a negative probability or one that is no number; give each as 0 to 1')
+    rows = transitions.action * n_states + transitions.state
+    entries = (transitions.probability, (rows, transitions.target))
+    stacked = sparse.coo_array(entries, shape=(n_actions * n_states, n_states)).tocsr()
+    sums = stacked.sum(axis=1)
+    if (wrong := np.flatnonzero(abs(sums - 1.0) > SUM_TOLERANCE)).size:
+        action, state = divmod(int(wrong[0]), n_states)
+        raise InputError(
+            f'transitions of state {state} under action {action} sum to {sums[wrong[0]]:.9g}; they must sum to 1'
+        )
+    stacked.data /= np.repeat(sums, np.diff(stacked.indptr))
+    return Mdp(stacked, gamma)
 
 
 class Plan(NamedTuple):

@@ -16,7 +16,14 @@ D are the demonstrated states and S the advised ones. Where the paper is ambiguo
   infeasible (0: strict, as printed).
 
 States without demonstration or advice have the uniform mix of all actions in Pbar. Two actions with the same
-outcome cannot be told apart, so an advised pair of them makes no row.
+outcome cannot be told apart: an advised pair of them makes no row, and a demonstrated state with such an
+alternative has no margin above 0.
+
+`pose` states the program for any process, `core/solve.py` solves it:
+
+    mdp = from_transitions(n_states, n_actions, 0.95, transitions)
+    favourite = favourites(n_states, n_actions, demo_states, demo_actions)
+    solution = solve(pose(mdp, Evidence(favourite, advice), Terms()))
 """
 
 from __future__ import annotations
@@ -27,8 +34,16 @@ from typing import NamedTuple
 import numpy as np
 from scipy import sparse
 
+from advise_ros.core.errors import AdviseError, InputError
 from advise_ros.core.mdp import Mdp
 from advise_ros.core.numerics import Floats, Ints
+
+# The relative gap up to which a solution is called optimal.
+EXACT = 1e-6
+
+
+class InfeasibleError(AdviseError):
+    """No reward satisfies the strict advice."""
 
 
 class Terms(NamedTuple):
@@ -41,6 +56,16 @@ class Terms(NamedTuple):
     delta: float = 0.1
     margin_cap: float = 0.2
     slack_cost: float = 1000.0
+
+    @property
+    def cap(self) -> float:
+        """The bound of xi and zeta, infinite without one."""
+        return self.margin_cap if self.margin_cap > 0 else np.inf
+
+    @property
+    def strict(self) -> bool:
+        """Whether advice must hold, at any price."""
+        return self.slack_cost == 0
 
 
 class Preference(NamedTuple):
@@ -68,7 +93,7 @@ class Evidence(NamedTuple):
 
 
 class Pairs(NamedTuple):
-    """Margin rows: in `states`, `better` is to be worth more than `worse`; each (m,)."""
+    """Margin rows: in `states`, ascending, `better` is to be worth more than `worse`; each (m,)."""
 
     states: Ints
     better: Ints
@@ -78,66 +103,118 @@ class Pairs(NamedTuple):
         """(m, n) rows P_better - P_worse."""
         return mdp.outcomes(self.states, self.better) - mdp.outcomes(self.states, self.worse)
 
+    def margins(self, expected: Floats) -> Floats:
+        """(m,) the rows times v, from `Mdp.expected` of v."""
+        return expected[self.better, self.states] - expected[self.worse, self.states]
+
+    def weighted(self, mdp: Mdp, weights: Floats) -> Floats:
+        """(n,) the transposed rows times weights (m,)."""
+        n, shape = mdp.n_states, mdp.n_states * mdp.n_actions
+        share = np.bincount(self.better * n + self.states, weights, shape)
+        return mdp.stacked.T @ (share - np.bincount(self.worse * n + self.states, weights, shape))
+
+    def of(self, owners: Ints) -> Ints:
+        """(m,) the position of each row's state in `owners`, which are ascending."""
+        return np.searchsorted(owners, self.states)
+
 
 class Problem(NamedTuple):
-    """The program before it is written as a matrix: what both solvers read.
+    """The program before it is written as a matrix: what every solver reads.
 
     Attributes:
         mixed: (n, n) Pbar.
         demonstrated: D ascending.
+        caps: (|D|,) the largest xi of each, infinite without a bound, 0 beside an action of the same outcome.
         advised: S ascending, the advised states that have a row.
-        demonstration_pairs, advice_pairs: the margin rows.
+        demonstration_pairs: a row for each other action of each demonstrated state.
+        advice_pairs: the rows of the advice, none of them zero.
     """
 
     mdp: Mdp
     terms: Terms
     mixed: sparse.csr_array
     demonstrated: Ints
+    caps: Floats
     advised: Ints
     demonstration_pairs: Pairs
     advice_pairs: Pairs
 
+    def backup(self, value: Floats) -> Floats:
+        """(n,) the reward that a value belongs to, r = v - gamma Pbar v."""
+        return value - self.mdp.gamma * (self.mixed @ value)
 
-class Program(NamedTuple):
-    """Minimise cost x subject to row_lower <= matrix x <= row_upper, lower <= x <= upper.
-
-    x = (v (n), r+ (n), r- (n), xi (|D|), zeta (|S|), eta (|S|)) with r = r+ - r-, so that |r| = r+ + r-.
-    """
-
-    cost: Floats
-    matrix: sparse.csc_array
-    row_lower: Floats
-    row_upper: Floats
-    lower: Floats
-    upper: Floats
+    def backup_transposed(self, flow: Floats) -> Floats:
+        """(n,) y - gamma Pbar' y."""
+        return flow - self.mdp.gamma * (self.mixed.T @ flow)
 
 
 class Solution(NamedTuple):
-    """An optimum of the program.
+    """A point of the program, and how far from the optimum it can be.
 
     Attributes:
         reward, value: (n,) r and v.
-        slack: (|S|,) eta of the advised states.
-        objective: of the maximisation.
+        xi: (|D|,) margins of the demonstrated states.
+        zeta, slack: (|S|,) margins and eta of the advised states.
+        objective: of the maximisation, at this point.
+        bound: proven: no point has a higher objective.
+        solver: who found it.
     """
 
     reward: Floats
     value: Floats
+    xi: Floats
+    zeta: Floats
     slack: Floats
     objective: float
+    bound: float
+    solver: str
+
+    @property
+    def gap(self) -> float:
+        """Relative distance to the proven bound."""
+        return max(0.0, self.bound - self.objective) / max(1.0, abs(self.objective))
+
+    @property
+    def status(self) -> str:
+        """'optimal' up to `EXACT`, otherwise 'approximate'."""
+        return 'optimal' if self.gap <= EXACT else 'approximate'
+
+
+def favourites(n_states: int, n_actions: int, states: Ints, actions: Ints) -> Ints:
+    """(n,) a* from demonstrated moves (k,), repeats count: the most frequent, ties to the lowest; -1 without one."""
+    taken = np.bincount(states * n_actions + actions, minlength=n_states * n_actions).reshape(n_states, n_actions)
+    return np.where(taken.any(axis=1), taken.argmax(axis=1), -1)
 
 
 def pose(mdp: Mdp, evidence: Evidence, terms: Terms) -> Problem:
-    """Equation (1) for the evidence, in the reading that the terms name."""
+    """Equation (1) for the evidence, in the reading that the terms name.
+
+    Raises:
+        InputError: the terms leave the program unbounded.
+    """
+    _check(mdp, terms)
     replace = terms.reading == 'replace'
-    demonstrated = np.flatnonzero(evidence.favourite >= 0)
+    advised = np.array(sorted(evidence.advice), dtype=np.int64)
+    demonstrated = evidence.favourite >= 0
     if replace:
-        demonstrated = np.setdiff1d(demonstrated, list(evidence.advice))
-    advice_pairs = _advice_pairs(mdp, evidence.advice)
+        demonstrated[advised] = False
+    states = np.flatnonzero(demonstrated)
+    indistinct = mdp.alike[states, evidence.favourite[states]].sum(axis=1) > 1
+    advice_pairs = _advice_pairs(mdp, evidence.advice, advised)
     return Problem(
-        mdp, terms, _mixed(mdp, evidence, replace), demonstrated, np.unique(advice_pairs.states),
-        _demonstration_pairs(mdp, evidence.favourite, demonstrated), advice_pairs,
+        mdp, terms, _mixed(mdp, evidence, replace), states, np.where(indistinct, 0.0, terms.cap),
+        np.unique(advice_pairs.states), _demonstration_pairs(mdp, evidence.favourite, states), advice_pairs,
     )
+
+
+def _check(mdp: Mdp, terms: Terms) -> None:
+    if mdp.n_actions < 2:
+        raise InputError('the process has one action only; there is nothing to choose or to learn')
+    if terms.cap == np.inf and 0 < terms.slack_cost < terms.lambda_a:
+        raise InputError(
+            f'slack_cost {terms.slack_cost:g} is less than lambda_a {terms.lambda_a:g}, and without margin_cap that '
+            'pays for any slack; raise slack_cost or set margin_cap'
+        )
 
 
 def _mixed(mdp: Mdp, evidence: Evidence, replace: bool) -> sparse.csr_array:
@@ -146,10 +223,18 @@ def _mixed(mdp: Mdp, evidence: Evidence, replace: bool) -> sparse.csr_array:
     known = np.flatnonzero(evidence.favourite >= 0)
     share[known] = 0.0
     share[known, evidence.favourite[known]] = 1.0
-    for state, preference in evidence.advice.items() if replace else ():
-        share[state] = 0.0
-        share[state, list(preference.preferred)] = 1.0 / len(preference.preferred)
+    for preference, states in _alike(evidence.advice).items() if replace else ():
+        share[states] = 0.0
+        share[np.ix_(states, preference.preferred)] = 1.0 / len(preference.preferred)
     return mdp.under(share)
+
+
+def _alike(advice: Mapping[int, Preference]) -> dict[Preference, list[int]]:
+    """States of equal advice together: there are few different answers and many states."""
+    groups: dict[Preference, list[int]] = {}
+    for state, preference in advice.items():
+        groups.setdefault(preference, []).append(state)
+    return groups
 
 
 def _demonstration_pairs(mdp: Mdp, favourite: Ints, demonstrated: Ints) -> Pairs:
@@ -159,42 +244,11 @@ def _demonstration_pairs(mdp: Mdp, favourite: Ints, demonstrated: Ints) -> Pairs
     return Pairs(states[other], favourite[states][other], worse[other])
 
 
-def _advice_pairs(mdp: Mdp, advice: Mapping[int, Preference]) -> Pairs:
-    rows = [(state, better, worse) for state in sorted(advice) for better, worse in advice[state].pairs]
-    pairs = Pairs(*np.array(rows, dtype=np.int64).reshape(-1, 3).T)
-    told_apart = abs(pairs.differences(mdp)).sum(axis=1) > 0
-    return Pairs(*(column[told_apart] for column in pairs))
-
-
-def write(problem: Problem) -> Program:
-    """The program as one sparse matrix."""
-    n, terms = problem.mdp.n_states, problem.terms
-    n_d, n_s = len(problem.demonstrated), len(problem.advised)
-    identity = sparse.eye_array(n)
-    xi = _belongs(problem.demonstration_pairs.states, problem.demonstrated)
-    zeta = _belongs(problem.advice_pairs.states, problem.advised)
-    matrix = sparse.block_array([
-        [identity - problem.mdp.gamma * problem.mixed, -identity, identity, None, None, None],
-        [problem.demonstration_pairs.differences(problem.mdp), None, None, -xi, None, None],
-        [problem.advice_pairs.differences(problem.mdp), None, None, None, -zeta, zeta],
-    ], format='csc')
-    cap = terms.margin_cap if terms.margin_cap > 0 else np.inf
-    slack = np.inf if terms.slack_cost > 0 else 0.0
-    sizes = (n, n, n, n_d, n_s, n_s)
-    rows = (n, xi.shape[0], zeta.shape[0])
-    return Program(
-        cost=np.repeat([0.0, 1.0, 1.0, -terms.lambda_t, -terms.lambda_a, terms.slack_cost], sizes),
-        matrix=matrix,
-        row_lower=np.repeat([0.0, 0.0, terms.delta], rows),
-        row_upper=np.repeat([0.0, np.inf, np.inf], rows),
-        lower=np.repeat([-np.inf, 0.0, 0.0, -np.inf, 0.0, 0.0], sizes),
-        upper=np.repeat([np.inf, terms.r_max, terms.r_max, cap, cap, slack], sizes),
-    )
-
-
-def _belongs(states: Ints, owners: Ints) -> sparse.csr_array:
-    """(len(states), len(owners)) ones where a row's state is the column's."""
-    m = len(states)
-    return sparse.csr_array(
-        (np.ones(m), np.searchsorted(owners, states), np.arange(m + 1)), shape=(m, len(owners))
-    )
+def _advice_pairs(mdp: Mdp, advice: Mapping[int, Preference], advised: Ints) -> Pairs:
+    """The rows of S, ascending in state, preferred and avoided action."""
+    wanted = np.zeros((len(advised), mdp.n_actions, mdp.n_actions), dtype=np.bool_)
+    for preference, states in _alike(advice).items():
+        better, worse = np.array(preference.pairs, dtype=np.int64).reshape(-1, 2).T
+        wanted[np.searchsorted(advised, states)[:, None], better, worse] = True
+    which, better, worse = np.nonzero(wanted & ~mdp.alike[advised])
+    return Pairs(advised[which], better, worse)

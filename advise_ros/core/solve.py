@@ -1,85 +1,54 @@
-"""The program's default solver: HiGHS called directly, one thread, fixed seed."""
+"""Every solver of the program behind one call, and which one is taken by default.
+
+    solution = solve(problem)                      # by size; proven to be within 1e-6 of the optimum
+    solution = solve(problem, solver='highs')
+"""
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Callable
 
-import highspy
-import numpy as np
+from advise_ros.core import highs
+from advise_ros.core.errors import InputError
+from advise_ros.core.program import EXACT, InfeasibleError, Problem, Solution
 
-from advise_ros.core.errors import AdviseError
-from advise_ros.core.numerics import Floats
-from advise_ros.core.program import Problem, Program, Solution, write
+__all__ = ['AUTO', 'SOLVERS', 'InfeasibleError', 'solve']
 
-# The bounds on r bound everything else, so what is not feasible cannot be unbounded instead.
-INFEASIBLE = (highspy.HighsModelStatus.kInfeasible, highspy.HighsModelStatus.kUnboundedOrInfeasible)
-SHARED_OPTIONS: dict[str, object] = {'output_flag': False, 'threads': 1, 'random_seed': 0}
-# Tried in this order. HiGHS's dual simplex, the fastest here, gives some larger programs up at its first iteration
-# without a status; interior point with crossover and the primal simplex have their own ways to the same optimum.
-METHODS: tuple[dict[str, object], ...] = (
-    {'solver': 'simplex'},
-    {'solver': 'ipx'},
-    {'solver': 'simplex', 'simplex_strategy': 4},
-)
+AUTO = 'auto'
 
 
-class InfeasibleError(AdviseError):
-    """No reward satisfies the strict advice."""
+def _highs(problem: Problem, gap: float) -> Solution:
+    return highs.solve(problem)
 
 
-def solve(problem: Problem) -> Solution:
-    """An optimum, the same bits at every call.
+def _cvxpy(problem: Problem, gap: float) -> Solution:
+    from advise_ros.core import reference  # noqa: PLC0415 - half a second to import, and seldom wanted
+
+    return reference.solve(problem)
+
+
+SOLVERS: dict[str, Callable[[Problem, float], Solution]] = {'highs': _highs, 'cvxpy': _cvxpy}
+
+
+def solve(problem: Problem, solver: str = AUTO, gap: float = EXACT) -> Solution:
+    """An optimum of equation (1), the same bits at every call.
+
+    Args:
+        problem: from `program.pose`.
+        solver: 'auto' or a key of `SOLVERS`.
+        gap: relative distance to the proven bound at which an iterative solver may stop.
 
     Raises:
         InfeasibleError: the advice is strict (slack_cost 0) and contradicts itself.
-        AdviseError: no method of HiGHS finds an optimum.
+        InputError: the solver is unknown, or not made for this program.
+        AdviseError: the solver finds no optimum.
     """
-    x = _minimise(program := write(problem))
-    n, n_s = problem.mdp.n_states, len(problem.advised)
-    return Solution(
-        reward=x[n : 2 * n] - x[2 * n : 3 * n],
-        value=x[:n],
-        slack=x[len(x) - n_s :],
-        objective=-float(program.cost @ x),
-    )
+    name = chosen(problem) if solver == AUTO else solver
+    if name not in SOLVERS:
+        raise InputError(f"solver '{solver}' is unknown; choose {AUTO}, {', '.join(SOLVERS)}")
+    return SOLVERS[name](problem, gap)
 
 
-def _minimise(program: Program) -> Floats:
-    """An optimal x, by the first method that ends with one."""
-    ended = ''
-    for method in METHODS:
-        highs = _run(program, method)
-        status = highs.getModelStatus()
-        if status in INFEASIBLE:
-            raise InfeasibleError('no reward satisfies all answers')
-        if status == highspy.HighsModelStatus.kOptimal:
-            return np.array(highs.getSolution().col_value)
-        ended = highs.modelStatusToString(status)
-    n_rows, n_columns = program.matrix.shape
-    raise AdviseError(
-        f"no method of HiGHS solves the program of {n_rows} rows and {n_columns} columns; the last ended with '{ended}'"
-    )
-
-
-def _run(program: Program, method: dict[str, object]) -> Any:
-    """A fresh solver after its run: nothing of one method or of an earlier call is left to the next."""
-    highs: Any = highspy.Highs()
-    for option, value in {**SHARED_OPTIONS, **method}.items():
-        if highs.setOptionValue(option, value) != highspy.HighsStatus.kOk:
-            raise AdviseError(f"this version of HiGHS ({highs.version()}) does not know option '{option}' = {value}")
-    if highs.passModel(_model(program)) == highspy.HighsStatus.kError:
-        raise AdviseError('HiGHS refuses the program; a constant is too large or not a number')
-    highs.run()
-    return highs
-
-
-def _model(program: Program) -> highspy.HighsLp:
-    model = highspy.HighsLp()
-    model.num_row_, model.num_col_ = program.matrix.shape
-    model.col_cost_, model.col_lower_, model.col_upper_ = program.cost, program.lower, program.upper
-    model.row_lower_, model.row_upper_ = program.row_lower, program.row_upper
-    model.a_matrix_.format_ = highspy.MatrixFormat.kColwise
-    model.a_matrix_.start_ = program.matrix.indptr
-    model.a_matrix_.index_ = program.matrix.indices
-    model.a_matrix_.value_ = program.matrix.data
-    return model
+def chosen(problem: Problem) -> str:
+    """The solver that 'auto' takes."""
+    return 'highs'

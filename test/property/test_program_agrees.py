@@ -11,9 +11,9 @@ import pytest
 from hypothesis import given, settings
 from scipy import sparse
 
-from advise_ros.core import reference, solve
+from advise_ros.core import highs, reference
 from advise_ros.core.mdp import Mdp
-from advise_ros.core.program import Evidence, Preference, Problem, Solution, Terms, pose
+from advise_ros.core.program import Evidence, InfeasibleError, Preference, Problem, Solution, Terms, pose
 
 RELATIVE = 1e-6
 Solver = Callable[[Problem], Solution]
@@ -61,21 +61,24 @@ def terms(draw: st.DrawFn) -> Terms:
 def _solved(solver: Solver, problem: Problem) -> Solution | None:
     try:
         return solver(problem)
-    except solve.InfeasibleError:
+    except InfeasibleError:
         return None
 
 
 def _check(case: Case, constants: Terms) -> None:
     problem = pose(case.mdp, case.evidence, constants)
-    sparse_form, dense_form = _solved(solve.solve, problem), _solved(reference.solve, problem)
+    sparse_form, dense_form = _solved(highs.solve, problem), _solved(reference.solve, problem)
     assert (sparse_form is None) == (dense_form is None)
     if sparse_form is not None and dense_form is not None:
         assert sparse_form.objective == pytest.approx(dense_form.objective, rel=RELATIVE, abs=RELATIVE)
         _satisfies(problem, sparse_form)
+        _satisfies(problem, dense_form)
 
 
 def _satisfies(problem: Problem, solution: Solution) -> None:
-    """The reward is within its bounds and the value belongs to it."""
+    """The reward is within its bounds, the value belongs to it, and the proof of optimality is its own."""
+    assert solution.status == 'optimal'
+    assert solution.bound >= solution.objective - 1e-6 * max(1.0, abs(solution.objective))
     backed_up = solution.reward + problem.mdp.gamma * (problem.mixed @ solution.value)
     assert solution.value == pytest.approx(backed_up, abs=1e-6)
     assert np.abs(solution.reward).max() <= problem.terms.r_max + 1e-7

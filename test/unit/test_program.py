@@ -7,13 +7,13 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from advise_ros.core import reference, solve
+from advise_ros.core import highs, reference
 from advise_ros.core.mdp import Mdp, mdp_of
-from advise_ros.core.program import Evidence, Preference, Problem, Solution, Terms, pose
+from advise_ros.core.program import Evidence, InfeasibleError, Preference, Problem, Solution, Terms, pose
 from support.learning import CORRIDOR, EAST, NORTH, SOUTH, WEST
 
 Solver = Callable[[Problem], Solution]
-SOLVERS = [solve.solve, reference.solve]
+SOLVERS = [highs.solve, reference.solve]
 NOTHING = np.full(4, -1)
 GO_EAST = Preference((EAST,), ((EAST, WEST),))
 GO_WEST = Preference((WEST,), ((WEST, EAST),))
@@ -58,7 +58,7 @@ def test_contradictory_advice_costs_slack_or_is_infeasible(corridor: Mdp, solver
     evidence = Evidence(NOTHING, {1: BOTH})
     elastic = solver(pose(corridor, evidence, Terms(delta=0.1)))
     assert elastic.slack == pytest.approx([0.1])
-    with pytest.raises(solve.InfeasibleError):
+    with pytest.raises(InfeasibleError):
         solver(pose(corridor, evidence, Terms(delta=0.1, slack_cost=0.0)))
 
 
@@ -82,11 +82,11 @@ def test_advice_between_moves_with_one_outcome_makes_no_row(corridor: Mdp) -> No
     wall = Preference((NORTH,), ((NORTH, SOUTH),))
     problem = pose(corridor, Evidence(NOTHING, {1: wall}), Terms(slack_cost=0.0))
     assert len(problem.advised) == 0
-    assert solve.solve(problem).objective == pytest.approx(0.0, abs=1e-7)
+    assert highs.solve(problem).objective == pytest.approx(0.0, abs=1e-7)
 
 
 def test_the_paper_bounds_hold(corridor: Mdp) -> None:
     """Uncapped margins press the reward to its bound, and no further."""
     favourite = np.array([EAST, EAST, EAST, -1])
-    solution = solve.solve(pose(corridor, Evidence(favourite, {}), Terms(margin_cap=0.0, r_max=0.5)))
+    solution = highs.solve(pose(corridor, Evidence(favourite, {}), Terms(margin_cap=0.0, r_max=0.5)))
     assert np.abs(solution.reward).max() == pytest.approx(0.5)

@@ -8,7 +8,7 @@ from typing import Any
 import cvxpy
 import pytest
 
-from advise_ros.core import reference, solve
+from advise_ros.core import highs, reference
 from advise_ros.core.counts import count
 from advise_ros.core.errors import AdviseError, InputError
 from advise_ros.core.grid import Grid
@@ -39,52 +39,52 @@ def small() -> Problem:
 def ended(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     """The status of each method that was tried."""
     tried: list[str] = []
-    run = solve._run
+    run = highs._run
 
     def note(*arguments: Any) -> Any:
         highs = run(*arguments)
         tried.append(highs.modelStatusToString(highs.getModelStatus()))
         return highs
 
-    monkeypatch.setattr(solve, '_run', note)
+    monkeypatch.setattr(highs, '_run', note)
     return tried
 
 
 def test_where_the_first_method_gives_up_the_next_one_solves(large: Problem, ended: list[str]) -> None:
-    first, again = solve.solve(large), solve.solve(large)
+    first, again = highs.solve(large), highs.solve(large)
     assert ended[len(ended) // 2 - 1] == 'Optimal'
     assert first.objective == pytest.approx(31561.269161, rel=1e-8)  # As the dense form by GLPK.
     assert (first.reward.tobytes(), first.value.tobytes()) == (again.reward.tobytes(), again.value.tobytes())
 
 
-@pytest.mark.parametrize('method', solve.METHODS, ids=lambda method: '-'.join(map(str, method.values())))
+@pytest.mark.parametrize('method', highs.METHODS, ids=lambda method: '-'.join(map(str, method.values())))
 def test_every_method_finds_the_same_optimum(
     small: Problem, monkeypatch: pytest.MonkeyPatch, method: dict[str, object],
 ) -> None:
-    expected = solve.solve(small).objective
-    monkeypatch.setattr(solve, 'METHODS', (method,))
-    assert solve.solve(small).objective == pytest.approx(expected)
+    expected = highs.solve(small).objective
+    monkeypatch.setattr(highs, 'METHODS', (method,))
+    assert highs.solve(small).objective == pytest.approx(expected)
 
 
 def test_when_no_method_ends_with_an_optimum_the_last_status_is_told(
     small: Problem, monkeypatch: pytest.MonkeyPatch, ended: list[str],
 ) -> None:
-    monkeypatch.setattr(solve, 'METHODS', tuple({**method, 'time_limit': 0.0, 'presolve': 'off'} for method in solve.METHODS))
+    monkeypatch.setattr(highs, 'METHODS', tuple({**method, 'time_limit': 0.0, 'presolve': 'off'} for method in highs.METHODS))
     with pytest.raises(AdviseError, match=r"no method of HiGHS solves the program of 13 rows .*'Time limit reached'"):
-        solve.solve(small)
-    assert len(ended) == len(solve.METHODS)
+        highs.solve(small)
+    assert len(ended) == len(highs.METHODS)
 
 
 def test_an_option_that_this_highs_does_not_know_is_named(small: Problem, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(solve, 'METHODS', ({'solver': 'abacus'},))
+    monkeypatch.setattr(highs, 'METHODS', ({'solver': 'abacus'},))
     with pytest.raises(AdviseError, match=r"HiGHS \(\d+.*\) does not know option 'solver' = abacus"):
-        solve.solve(small)
+        highs.solve(small)
 
 
 def test_a_program_that_highs_refuses_is_told(small: Problem) -> None:
     broken = small._replace(terms=small.terms._replace(slack_cost=float('nan'), delta=float('nan'), r_max=float('nan')))
     with pytest.raises(AdviseError, match='HiGHS refuses the program'):
-        solve.solve(broken)
+        highs.solve(broken)
 
 
 @pytest.mark.parametrize('status', [cvxpy.UNBOUNDED, cvxpy.UNBOUNDED_INACCURATE, None])
