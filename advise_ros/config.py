@@ -222,6 +222,7 @@ class MavlinkBridgeConfig(GuardConfig):
     baud: int = param(115200, 'baud rate of a serial link', low=1200, high=10_000_000)
     system_id: int = param(1, 'our MAVLink system id', low=1, high=255)
     component_id: int = param(191, 'our MAVLink component id (191: onboard computer)', low=1, high=255)
+    target_system: int = param(0, 'system id of the vehicle; 0: the first multicopter that is heard', low=0, high=255)
     pose_rate_hz: float = param(20.0, 'positions asked of the autopilot', low=1.0, high=200.0)
     takeoff_altitude_m: float = param(0.0, 'take-off altitude; 0: the grid altitude', low=0.0, high=500.0)
     heartbeat_timeout_s: float = param(3.0, 'no heartbeat for this long: link lost (steady time)', low=0.5, high=60.0)
@@ -302,6 +303,18 @@ class ExpertConfig:
     )
     thinking_time_s: float = param(0.0, 'pause before an answer', low=0.0, high=3600.0)
     seed: int = param(0, SEED_DOC, low=0, high=2**31 - 1)
+
+
+@dataclass(frozen=True)
+class ConsoleConfig:
+    """/console: the web page for the person."""
+
+    grid_file: str = param('', GRID_DOC + '; empty: the map comes with the first message that has one')
+    port: int = param(8080, 'TCP port of the page on 127.0.0.1; 0: any that is free', low=0, high=65535)
+    token: str = param('', 'secret in the address of the page; empty: a random one at each start')
+    allowed_hosts: str = param('', 'comma-separated host names that a reverse proxy serves the page under (https)')
+    rate_hz: float = param(20.0, 'updates of the page', low=1.0, high=60.0)
+    silence_s: float = param(3.0, 'a node that says nothing for this long is shown as gone (steady time)', low=1.5, high=60.0)
 
 
 @dataclass(frozen=True)

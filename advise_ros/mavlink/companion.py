@@ -3,22 +3,24 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 from advise_ros.mavlink import messages as mav
 from advise_ros.mavlink.ardupilot import ArduPilot
 from advise_ros.mavlink.frames import Vector
+from advise_ros.mavlink.machine import Machine
 from advise_ros.mavlink.messages import Message
 from advise_ros.mavlink.px4 import Px4
 from advise_ros.mavlink.requests import Goal, Request
-from advise_ros.mavlink.vehicle import Vehicle
+from advise_ros.mavlink.vehicle import Address, Vehicle
 
 HEARTBEAT_S = 1.0
 # A message is asked for again when it was silent this long, or this many of its periods.
 SILENT_S, SILENT_PERIODS = 2.0, 5.0
 ASK_S = 1.0
+# An autopilot that still does not send it is asked less often.
+ASKS_IN_A_ROW, ASK_SELDOM_S = 30, 10.0
 # Longest wait for the autopilot's word before a request is said to be under way.
 REPLY_S = 3.0
 
@@ -42,36 +44,14 @@ class Settings:
     """Times are on the monotonic clock."""
 
     system_id: int = 1
+    component_id: int = 191
+    target_system: int = 0
     pose_rate_hz: float = 20.0
     heartbeat_timeout_s: float = 3.0
     ready_timeout_s: float = 120.0
 
 
-class Pilot(Protocol):
-    """The state machine of one kind of autopilot."""
-
-    @property
-    def intervals(self) -> tuple[tuple[int, float], ...]:
-        """(message id, rate in Hz) to ask for, beside position and attitude."""
-
-    @property
-    def streams(self) -> bool:
-        """Whether setpoints must never pause while it is commandable."""
-
-    @property
-    def mode(self) -> str: ...
-    @property
-    def ready(self) -> bool: ...
-    @property
-    def commandable(self) -> bool: ...
-    @property
-    def waiting_for(self) -> str: ...
-    def ask(self, request: Request) -> None: ...
-    def lose_link(self) -> None: ...
-    def step(self, now_s: float) -> list[Message]: ...
-
-
-PILOTS: dict[int, Callable[[Vehicle, float], Pilot]] = {mav.AUTOPILOT_ARDUPILOT: ArduPilot, mav.AUTOPILOT_PX4: Px4}
+MACHINES: dict[int, type[Machine]] = {mav.AUTOPILOT_ARDUPILOT: ArduPilot, mav.AUTOPILOT_PX4: Px4}
 
 
 class Companion:
@@ -79,19 +59,22 @@ class Companion:
 
     def __init__(self, settings: Settings) -> None:
         self._settings = settings
-        self.vehicle = Vehicle(settings.heartbeat_timeout_s, own_system=settings.system_id)
-        self._pilot: Pilot | None = None
+        self.vehicle = Vehicle(
+            settings.heartbeat_timeout_s, own_system=settings.system_id, own_component=settings.component_id,
+            wanted_system=settings.target_system,
+        )
+        self._machine: Machine | None = None
         self._open: Request | None = None
         self._heartbeat_s = -math.inf
-        self._asked_s: dict[int, float] = {}
+        self._asked: dict[int, tuple[float, int]] = {}
         self._was_connected = False
         self._link_problem = ''
 
-    def observe(self, message: Message, at_s: float) -> bool:
+    def observe(self, message: Message, at_s: float, address: Address | None = None) -> bool:
         """Take a message in; False if it is not from our autopilot."""
-        ours = self.vehicle.observe(message, at_s)
-        if ours and self._pilot is None and self.vehicle.autopilot in PILOTS:
-            self._pilot = PILOTS[self.vehicle.autopilot](self.vehicle, self._settings.ready_timeout_s)
+        ours = self.vehicle.observe(message, at_s, address)
+        if ours and self._machine is None and self.vehicle.autopilot in MACHINES:
+            self._machine = MACHINES[self.vehicle.autopilot](self.vehicle, self._settings.ready_timeout_s)
         return ours
 
     def step(self, now_s: float, link_problem: str = '') -> list[Message]:
@@ -102,10 +85,10 @@ class Companion:
         if self._was_connected and not connected:
             self._lose_link()
         self._was_connected = connected
-        if connected and self._pilot is not None:
-            out += self._intervals(self._pilot, now_s)
+        if connected and self._machine is not None:
+            out += self._intervals(self._machine, now_s)
             self.vehicle.forget_silent(now_s)
-            out += self._pilot.step(now_s)
+            out += self._machine.step(now_s)
         self._answer_late(now_s)
         return out
 
@@ -113,26 +96,29 @@ class Companion:
         if now_s - self._heartbeat_s < HEARTBEAT_S:
             return []
         self._heartbeat_s = now_s
-        return [mav.heartbeat()]
+        machine = self._machine
+        return [mav.heartbeat(as_ground_station=machine is not None and machine.texts_to_ground_stations_only)]
 
     def _lose_link(self) -> None:
-        self._asked_s.clear()
+        self._asked.clear()
         self.vehicle.heard_at_s.clear()
-        if self._pilot is not None:
-            self._pilot.lose_link()
+        if self._machine is not None:
+            self._machine.lose_link()
 
-    def _intervals(self, pilot: Pilot, now_s: float) -> list[Message]:
+    def _intervals(self, machine: Machine, now_s: float) -> list[Message]:
         """Requests for messages that were never asked for or do not arrive."""
         target = self.vehicle.target
         if target is None:
             return []
         rate = self._settings.pose_rate_hz
         out = []
-        for message_id, rate_hz in ((mav.LOCAL_POSITION_NED, rate), (mav.ATTITUDE, rate), *pilot.intervals):
+        for message_id, rate_hz in ((mav.LOCAL_POSITION_NED, rate), (mav.ATTITUDE, rate), *machine.intervals):
             silent_s = now_s - self.vehicle.heard_at_s.get(message_id, -math.inf)
-            asked_s = now_s - self._asked_s.get(message_id, -math.inf)
-            if asked_s == math.inf or (asked_s >= ASK_S and silent_s > max(SILENT_S, SILENT_PERIODS / rate_hz)):
-                self._asked_s[message_id] = now_s
+            asked_at_s, times = self._asked.get(message_id, (-math.inf, 0))
+            wait_s = ASK_S if times < ASKS_IN_A_ROW else ASK_SELDOM_S
+            silent = silent_s > max(SILENT_S, SILENT_PERIODS / rate_hz)
+            if times == 0 or (silent and now_s - asked_at_s >= wait_s):
+                self._asked[message_id] = (now_s, times + 1)
                 out.append(mav.message_interval(target, message_id, rate_hz))
         return out
 
@@ -145,42 +131,49 @@ class Companion:
     def ask(self, goal: Goal, now_s: float, altitude_m: float = 0.0) -> Request:
         """Begin a goal; its reply is set at once or by a later step, within REPLY_S."""
         request = Request(goal, now_s, altitude_m)
-        if self._pilot is None or not self.vehicle.connected(now_s):
+        if self._machine is None or not self.vehicle.connected(now_s):
             request.answer(False, f'{goal.value} refused: {self._no_link()}')
             return request
         self._open = request
-        self._pilot.ask(request)
+        self._machine.ask(request)
         return request
 
     def _no_link(self) -> str:
         what = 'the link to the autopilot is lost' if self.vehicle.target else 'no autopilot has been heard'
-        return f'{what} ({self._link_problem})' if self._link_problem else what
+        why = '; '.join(reason for reason in (self._link_problem, '' if self.vehicle.target else self.vehicle.unfit) if reason)
+        return f'{what} ({why})' if why else what
 
     # -- status ------------------------------------------------------------------------------
     def commandable(self, now_s: float) -> bool:
         """Whether velocity setpoints reach the vehicle and are obeyed."""
-        return self._pilot is not None and self.vehicle.connected(now_s) and self._pilot.commandable
+        return self._machine is not None and self.vehicle.connected(now_s) and self._machine.commandable
 
     def must_stream(self, now_s: float) -> bool:
         """Whether zero velocity must be sent while there is no command: PX4 leaves OFFBOARD otherwise."""
-        return self._pilot is not None and self._pilot.streams and self.commandable(now_s)
+        return self._machine is not None and self._machine.streams and self.commandable(now_s)
 
     def setpoint(self, velocity_enu_m_s: Vector, yaw_rate_rad_s: float, now_s: float) -> Message | None:
         """A velocity setpoint, or None while it must not be sent."""
         if not self.commandable(now_s) or self.vehicle.target is None:
             return None
+        if not all(math.isfinite(value) for value in (*velocity_enu_m_s, yaw_rate_rad_s)):
+            velocity_enu_m_s, yaw_rate_rad_s = (0.0, 0.0, 0.0), 0.0  # NaN is a stop on one autopilot and a loss on another.
         return mav.velocity_setpoint(self.vehicle.target, int(now_s * 1000), velocity_enu_m_s, yaw_rate_rad_s)
+
+    def farewell(self, now_s: float) -> list[Message]:
+        """What to send before we leave: a vehicle that we fly shall stand."""
+        return self._machine.farewell(now_s) if self._machine is not None and self.commandable(now_s) else []
 
     def status(self, now_s: float) -> Status:
         """What is known at this time."""
-        vehicle, pilot = self.vehicle, self._pilot
+        vehicle, machine = self.vehicle, self._machine
         connected = vehicle.connected(now_s)
-        if pilot is None or not connected:
+        if machine is None or not connected:
             return Status(
-                vehicle.name, pilot.mode if pilot else '', connected, ready=False, armed=vehicle.armed,
+                vehicle.name, machine.mode if machine else '', connected, ready=False, armed=vehicle.armed,
                 in_air=vehicle.in_air, commandable=False, waiting_for=f'heartbeat: {self._no_link()}', text=vehicle.text,
             )
         return Status(
-            vehicle.name, pilot.mode, connected, ready=pilot.ready, armed=vehicle.armed, in_air=vehicle.in_air,
-            commandable=pilot.commandable, waiting_for=pilot.waiting_for, text=vehicle.text,
+            vehicle.name, machine.mode, connected, ready=machine.ready, armed=vehicle.armed, in_air=vehicle.in_air,
+            commandable=machine.commandable, waiting_for=machine.waiting_for, text=vehicle.text,
         )

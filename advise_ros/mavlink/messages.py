@@ -5,7 +5,6 @@ Source: https://mavlink.io/en/messages/ardupilotmega.html (a superset of common)
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 from pymavlink.dialects.v20 import ardupilotmega
@@ -32,7 +31,6 @@ AUTOPILOT_NAMES = {AUTOPILOT_ARDUPILOT: 'ardupilot', AUTOPILOT_PX4: 'px4'}
 MODE_FLAG_ARMED = int(dialect.MAV_MODE_FLAG_SAFETY_ARMED)
 HEALTH_PREARM_CHECK = int(dialect.MAV_SYS_STATUS_PREARM_CHECK)
 
-CMD_LAND = int(dialect.MAV_CMD_NAV_LAND)
 CMD_TAKEOFF = int(dialect.MAV_CMD_NAV_TAKEOFF)
 CMD_SET_MODE = int(dialect.MAV_CMD_DO_SET_MODE)
 CMD_ARM = int(dialect.MAV_CMD_COMPONENT_ARM_DISARM)
@@ -55,26 +53,43 @@ IN_AIR = int(dialect.MAV_LANDED_STATE_IN_AIR)
 TAKING_OFF = int(dialect.MAV_LANDED_STATE_TAKEOFF)
 LANDING = int(dialect.MAV_LANDED_STATE_LANDING)
 
+# Modes, arming and setpoints mean what is said here on these only: a plane's mode 4 is not GUIDED.
+MULTICOPTER_TYPES = frozenset(int(kind) for kind in (
+    dialect.MAV_TYPE_QUADROTOR, dialect.MAV_TYPE_COAXIAL, dialect.MAV_TYPE_HELICOPTER, dialect.MAV_TYPE_HEXAROTOR,
+    dialect.MAV_TYPE_OCTOROTOR, dialect.MAV_TYPE_TRICOPTER, dialect.MAV_TYPE_DODECAROTOR, dialect.MAV_TYPE_DECAROTOR,
+))
+
+# Largest magnitudes of what reaches a controller: metres, metres a second, radians, radians a second.
+FURTHEST_M, FASTEST_M_S, LARGEST_RAD, FASTEST_RAD_S = 100_000.0, 200.0, 6.4, 100.0
+_BOUNDS: dict[int, tuple[tuple[str, float], ...]] = {
+    LOCAL_POSITION_NED: (
+        ('x', FURTHEST_M), ('y', FURTHEST_M), ('z', FURTHEST_M),
+        ('vx', FASTEST_M_S), ('vy', FASTEST_M_S), ('vz', FASTEST_M_S),
+    ),
+    ATTITUDE: (
+        ('roll', LARGEST_RAD), ('pitch', LARGEST_RAD), ('yaw', LARGEST_RAD),
+        ('rollspeed', FASTEST_RAD_S), ('pitchspeed', FASTEST_RAD_S), ('yawspeed', FASTEST_RAD_S),
+    ),
+}
+
 # Velocity and yaw rate; position, acceleration and yaw are ignored. With yaw rate 0 the nose holds its heading.
 MASK_VELOCITY_YAW_RATE = 0x05C7
 FRAME_LOCAL_NED = int(dialect.MAV_FRAME_LOCAL_NED)
 
 
-def is_finite(message: Message) -> bool:
-    """Whether every number of a message is finite: NaN and infinity pass the checksum."""
-    return all(math.isfinite(value) for value in _floats(message))
+def is_plausible(message: Message) -> bool:
+    """Whether every number that reaches a controller is finite and within what a multicopter can do.
+
+    NaN, infinity and nonsense pass the checksum. Messages that no controller hears are not looked at.
+    """
+    bounds = _BOUNDS.get(message.get_msgId())
+    return bounds is None or all(abs(getattr(message, name)) <= bound for name, bound in bounds)
 
 
-def _floats(message: Message) -> list[float]:
-    values = (getattr(message, name) for name in message.fieldnames)
-    return [value for value in values if isinstance(value, float)]
-
-
-def heartbeat() -> Message:
-    """Ours: an onboard computer, no autopilot."""
-    return dialect.MAVLink_heartbeat_message(
-        dialect.MAV_TYPE_ONBOARD_CONTROLLER, dialect.MAV_AUTOPILOT_INVALID, 0, 0, dialect.MAV_STATE_ACTIVE, 3
-    )
+def heartbeat(*, as_ground_station: bool = False) -> Message:
+    """Ours: an onboard computer, no autopilot; or a ground station, to whom PX4 sends its texts."""
+    kind = dialect.MAV_TYPE_GCS if as_ground_station else dialect.MAV_TYPE_ONBOARD_CONTROLLER
+    return dialect.MAVLink_heartbeat_message(kind, dialect.MAV_AUTOPILOT_INVALID, 0, 0, dialect.MAV_STATE_ACTIVE, 3)
 
 
 def command(target: tuple[int, int], number: int, *params: float) -> Message:

@@ -13,6 +13,8 @@ from advise_ros.mavlink.vehicle import Vehicle
 
 RETRY_S = 1.0
 TRIES = 5
+# A command that is said to be in progress is not repeated; its end is waited for this long.
+IN_PROGRESS_S = 20.0
 # A refusal's text may follow its ACK.
 TEXT_WAIT_S = 0.3
 # A text this long before the ACK still explains it.
@@ -68,10 +70,11 @@ class Repeated:
         self._sent_s = -math.inf
         self._tries = 0
         self._accepted = False
+        self._in_progress = False
 
     def due(self, now_s: float) -> list[Message]:
         """The command if it is time to send it."""
-        if self._accepted or self._tries >= TRIES or now_s - self._sent_s < RETRY_S:
+        if self._accepted or self._in_progress or self._tries >= TRIES or now_s - self._sent_s < RETRY_S:
             return []
         self._first_s = min(self._first_s, now_s)
         self._sent_s = now_s
@@ -82,8 +85,11 @@ class Repeated:
         """How the autopilot answered; a refusal is told after its text had time to come."""
         result = vehicle.ack_since(int(self._message.command), self._first_s)
         self._accepted = self._accepted or result == mav.ACK_ACCEPTED
+        self._in_progress = result == mav.ACK_IN_PROGRESS and now_s - self._sent_s < IN_PROGRESS_S
         if self._accepted:  # Whatever a repetition was told.
             return Progress.ACCEPTED
+        if self._in_progress:
+            return Progress.WAITING
         if result is not None and result not in (mav.ACK_IN_PROGRESS, mav.ACK_TEMPORARILY_REJECTED):
             return Progress.REFUSED if now_s - self._sent_s >= TEXT_WAIT_S else Progress.WAITING
         if self._tries >= TRIES and now_s - self._sent_s >= RETRY_S:

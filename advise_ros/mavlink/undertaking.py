@@ -6,7 +6,7 @@ from enum import Enum
 
 from advise_ros.mavlink import messages as mav
 from advise_ros.mavlink.messages import Message
-from advise_ros.mavlink.requests import Progress, Repeated, Request
+from advise_ros.mavlink.requests import Goal, Progress, Repeated, Request
 from advise_ros.mavlink.vehicle import Vehicle
 
 
@@ -89,6 +89,12 @@ class Undertaking:
             lacking = f' (still waiting for: {", ".join(missing)})' if missing else ''
             self.finish(f'{what} refused: {self._command.why(self._vehicle)}{lacking}')
         return progress
+
+    @property
+    def in_own_mode(self) -> bool:
+        """A take-off is past the change of mode: from here on another mode is somebody else's doing."""
+        flying = (Phase.ARM, Phase.TAKEOFF, Phase.CLIMB)
+        return self.request is not None and self.request.goal is Goal.TAKEOFF and self.phase in flying
 
     @property
     def said(self) -> str:

@@ -11,8 +11,13 @@ from advise_ros.mavlink import messages as mav
 from advise_ros.mavlink.frames import Vector, enu_from_ned, yaw_enu_from_ned
 from advise_ros.mavlink.messages import Message
 
-# What reaches a controller: NaN in these is refused.
-CONTROL_IDS = frozenset({mav.ATTITUDE, mav.LOCAL_POSITION_NED})
+# Who sent a datagram; None on a line with two ends.
+Address = tuple[str, int]
+
+# A text is put together from chunks of 50 characters up to this.
+LONGEST_TEXT = 400
+# Older than this, a position's time is that of before a reboot, and no late message.
+REBOOT_MS = 5000
 
 # A fact that was not repeated for this long is no fact any more; each is asked for twice a second or more.
 FACT_S = 6.0
@@ -53,14 +58,23 @@ class Ack(NamedTuple):
 
 @dataclass
 class Vehicle:
-    """One autopilot, chosen by its first heartbeat.
+    """One autopilot of a multicopter, chosen by its first heartbeat.
 
     Only messages of its (system, component) count: other links' heartbeats are forwarded by many autopilots.
+    While it is heard from one address, another address with its ids is a stranger.
+
+    Attributes:
+        wanted_system: the only system that is chosen; 0: any.
+        refused_numbers, refused_strangers: messages that were not taken in, and why.
+        unfit: what else was heard that calls itself an autopilot, in words.
     """
 
     heartbeat_timeout_s: float
     own_system: int = 1
+    own_component: int = 191
+    wanted_system: int = 0
     target: tuple[int, int] | None = None
+    address: Address | None = None
     autopilot: int = 0
     heartbeat_at_s: float = -math.inf
     armed: bool = False
@@ -76,8 +90,11 @@ class Vehicle:
     acks: list[Ack] = field(default_factory=list)
     boots: int = 0
     refused_numbers: int = 0
+    refused_strangers: int = 0
+    unfit: str = ''
+    position_fresh: bool = False
     heard_at_s: dict[int, float] = field(default_factory=dict)
-    _chunks: dict[int, str] = field(default_factory=dict)
+    _chunks: tuple[int, int, str] = (0, 0, '')
 
     def connected(self, now_s: float) -> bool:
         """Whether heartbeats arrive."""
@@ -93,15 +110,15 @@ class Vehicle:
         """Off the ground, by the autopilot's own word."""
         return self.landed_state in (mav.IN_AIR, mav.TAKING_OFF, mav.LANDING)
 
-    def observe(self, message: Message, now_s: float) -> bool:
-        """Take a message in; False if it is somebody else's or not finite."""
+    def observe(self, message: Message, now_s: float, address: Address | None = None) -> bool:
+        """Take a message in; False if it is somebody else's, or its numbers can't be true."""
         message_id = message.get_msgId()
         source = (message.get_srcSystem(), message.get_srcComponent())
-        if self.target is None and message_id == mav.HEARTBEAT and message.autopilot in mav.AUTOPILOT_NAMES:
+        if self.target is None and message_id == mav.HEARTBEAT and self._is_fit(message):
             self.target = source
-        if source != self.target:
+        if source != self.target or not self._is_known(address, now_s):
             return False
-        if message_id in CONTROL_IDS and not mav.is_finite(message):
+        if not mav.is_plausible(message):
             self.refused_numbers += 1
             return False
         self.heard_at_s[message_id] = now_s
@@ -110,8 +127,24 @@ class Vehicle:
             handler(self, message, now_s)
         return True
 
+    def _is_fit(self, message: Message) -> bool:
+        if message.autopilot not in mav.AUTOPILOT_NAMES or self.wanted_system not in (0, message.get_srcSystem()):
+            return False
+        if message.type not in mav.MULTICOPTER_TYPES:
+            self.unfit = f'system {message.get_srcSystem()} is no multicopter (MAV_TYPE {int(message.type)})'
+            return False
+        return True
+
+    def _is_known(self, address: Address | None, now_s: float) -> bool:
+        """One address as long as it is alive; a restarted autopilot may come from another one."""
+        if address != self.address and self.address is not None and self.connected(now_s):
+            self.refused_strangers += 1
+            return False
+        self.address = address
+        return True
+
     def _on_heartbeat(self, message: Message, now_s: float) -> None:
-        if message.autopilot not in mav.AUTOPILOT_NAMES:
+        if message.autopilot not in mav.AUTOPILOT_NAMES or self.autopilot not in (0, message.autopilot):
             return
         self.autopilot = int(message.autopilot)
         self.armed = bool(message.base_mode & mav.MODE_FLAG_ARMED)
@@ -138,9 +171,13 @@ class Vehicle:
         self.attitude = Attitude(float(message.roll), -float(message.pitch), yaw_enu_from_ned(float(message.yaw)))
 
     def _on_position(self, message: Message, now_s: float) -> None:
+        """A repeated or overtaken position is no news."""
         boot_ms = int(message.time_boot_ms)
-        if self.motion is not None and boot_ms + 1000 < self.motion.time_boot_ms:
+        if self.motion is not None and boot_ms <= self.motion.time_boot_ms:
+            if boot_ms + REBOOT_MS >= self.motion.time_boot_ms:
+                return
             self._reboot()
+        self.position_fresh = True
         self.motion = Motion(
             boot_ms, enu_from_ned((message.x, message.y, message.z)),
             enu_from_ned((message.vx, message.vy, message.vz)), now_s,
@@ -150,28 +187,32 @@ class Vehicle:
         """The autopilot's clock went back: what it said before is void."""
         self.boots += 1
         self.health = self.ekf_flags = self.attitude = None
+        self.position_fresh = False
         self.landed_state = 0
         self.heard_at_s.clear()
 
     def _on_ack(self, message: Message, now_s: float) -> None:
-        if message.target_system not in (0, self.own_system):
+        ours = message.target_system in (0, self.own_system) and message.target_component in (0, self.own_component)
+        if not ours:
             return  # The answer to somebody else's command.
         self.acks.append(Ack(int(message.command), int(message.result), now_s))
         del self.acks[:-50]
 
     def _on_text(self, message: Message, now_s: float) -> None:
         part = message.text if isinstance(message.text, str) else bytes(message.text).decode('utf-8', 'replace')
-        if message.id and message.chunk_seq:
-            part = self._chunks.get(message.id, '') + part
-        if message.id:
-            self._chunks = {message.id: part}
+        part = ''.join(letter if letter.isprintable() else ' ' for letter in part)
+        number, chunk = int(message.id), int(message.chunk_seq)
+        begun, last, text = self._chunks
+        if number and chunk and (number, chunk) == (begun, last + 1):
+            part = (text + part)[:LONGEST_TEXT]
+        self._chunks = (number, chunk, part)
         self.text, self.text_at_s = part.strip(), now_s
 
     def forget_silent(self, now_s: float) -> None:
         """Readiness and landed state that were not heard lately are unknown."""
         for message_id, name, unknown in (
             (mav.EKF_STATUS_REPORT, 'ekf_flags', None), (mav.SYS_STATUS, 'health', None),
-            (mav.EXTENDED_SYS_STATE, 'landed_state', 0),
+            (mav.EXTENDED_SYS_STATE, 'landed_state', 0), (mav.LOCAL_POSITION_NED, 'position_fresh', False),
         ):
             if now_s - self.heard_at_s.get(message_id, -math.inf) > FACT_S:
                 setattr(self, name, unknown)

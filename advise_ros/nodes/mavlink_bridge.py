@@ -63,7 +63,8 @@ class MavlinkBridge(Node):
         self._limits, grid = load_limits(self.config)
         self._altitude_m = self.config.takeoff_altitude_m or (grid.altitude_m if grid else 0.0)
         self._companion = Companion(Settings(
-            system_id=self.config.system_id, pose_rate_hz=self.config.pose_rate_hz,
+            system_id=self.config.system_id, component_id=self.config.component_id,
+            target_system=self.config.target_system, pose_rate_hz=self.config.pose_rate_hz,
             heartbeat_timeout_s=self.config.heartbeat_timeout_s, ready_timeout_s=self.config.ready_timeout_s,
         ))
         use_sim_time = bool(self.get_parameter('use_sim_time').value)
@@ -111,7 +112,7 @@ class MavlinkBridge(Node):
     def _take(self, received: Received) -> None:
         vehicle = self._companion.vehicle
         motion, battery = vehicle.motion, vehicle.battery
-        if not self._companion.observe(received.message, received.at_s):
+        if not self._companion.observe(received.message, received.at_s, received.source):
             return
         self._link.answer_to(received.source)
         if vehicle.motion is not motion and vehicle.motion is not None:
@@ -247,14 +248,14 @@ class MavlinkBridge(Node):
         self._diagnostics.set(level, '; '.join(sentences) or well, {
             'url': self.config.url, 'mode': status.mode, 'autopilot text': status.text,
             'bytes that were no MAVLink': self._link.bad_bytes, 'messages not sent': self._link.unsent,
-            'messages refused for not being finite': self._companion.vehicle.refused_numbers,
+            'messages refused for impossible numbers': self._companion.vehicle.refused_numbers,
+            'messages of strangers refused': self._companion.vehicle.refused_strangers,
         })
 
     def close(self) -> None:
-        """Stop the vehicle once if we were commanding it; the autopilot's time-out does the rest."""
-        now_s = time.monotonic()
-        if self._commands.command(now_s) is not None:
-            self._send(guard.ZERO, 0.0, now_s)
+        """A vehicle that we fly stands (ArduPilot) or holds (PX4) when we leave."""
+        for message in self._companion.farewell(time.monotonic()):
+            self._link.send(message)
         self._link.close()
 
 

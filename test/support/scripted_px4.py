@@ -52,9 +52,6 @@ class ScriptedPx4(ScriptedCopter):
     def _obey(self, number: int, message: Any) -> int:
         if number == mav.CMD_SET_MODE:
             return self._offboard(message)
-        if number == mav.CMD_LAND:
-            self.mode, self.wants_offboard = LAND, False
-            return int(mav.ACK_ACCEPTED)
         if number == mav.CMD_ARM and message.param1 == 1.0 and not (self.ready and self.streaming):
             return int(mav.ACK_TEMPORARILY_REJECTED)
         if number == mav.CMD_TAKEOFF:
@@ -62,7 +59,11 @@ class ScriptedPx4(ScriptedCopter):
         return super()._obey(number, message)
 
     def _offboard(self, message: Any) -> int:
-        if (message.param1, message.param2, message.param3, message.param4) != (1.0, 6.0, 0.0, 0.0):
+        params = message.param1, message.param2, message.param3, message.param4
+        if params == (1.0, 4.0, 6.0, 0.0):
+            self.mode, self.wants_offboard = LAND, False
+            return int(mav.ACK_ACCEPTED)
+        if params != (1.0, 6.0, 0.0, 0.0):
             return int(mav.ACK_DENIED)
         if not self.streaming:
             self.asked_without_stream += 1

@@ -129,7 +129,7 @@ def test_a_mode_that_somebody_else_sets_is_respected_until_take_off_is_asked_aga
     assert not flight.status.commandable
     assert flight.companion.setpoint((1.0, 0.0, 0.0), 0.0, flight.now_s) is None
     assert flight.status.waiting_for == (
-        'GUIDED mode (it is RTL; RTL was set by someone else; mavlink_bridge/takeoff takes over)'
+        'GUIDED mode (it is RTL; RTL was set by someone else or a failsafe; mavlink_bridge/takeoff takes over)'
     )
     assert flight.copter.commands.count(mav.CMD_SET_MODE) == modes
     request = flight.ask(Goal.TAKEOFF)
@@ -145,7 +145,7 @@ def test_a_mode_change_during_take_off_ends_it() -> None:
     flight.until(lambda: flight.copter.altitude_m > 2.0)
     flight.copter.mode, flight.copter.climb_to_m = LAND, None
     flight.run(0.5)
-    assert flight.status.waiting_for == 'take-off given up: LAND was set by someone else'
+    assert flight.status.waiting_for == 'take-off given up: LAND was set by someone else or a failsafe'
 
 
 def test_lands_and_stops_commanding_at_once() -> None:
@@ -252,3 +252,103 @@ def test_guided_mode_is_named() -> None:
     flight = Flight(ScriptedCopter(mode=GUIDED))
     flight.run(1.0)
     assert (flight.status.autopilot, flight.status.mode) == ('ardupilot', 'GUIDED')
+
+
+def test_a_vehicle_that_was_taken_stays_taken_when_its_mode_comes_back() -> None:
+    flight = Flight(ScriptedCopter())
+    flight.fly()
+    flight.copter.mode = LAND
+    flight.run(1.0)
+    flight.copter.mode = GUIDED  # Somebody flies it in GUIDED himself.
+    flight.run(3.0)
+    assert not flight.status.commandable
+    assert flight.status.waiting_for.startswith('GUIDED mode (it is GUIDED; LAND was set by someone else or a failsafe')
+    flight.ask(Goal.TAKEOFF)
+    flight.run(1.0)
+    assert flight.status.commandable
+
+
+def test_a_take_back_that_was_refused_leaves_it_with_the_others() -> None:
+    flight = Flight(ScriptedCopter())
+    flight.fly()
+    flight.copter.mode = RTL
+    flight.run(1.0)
+    flight.copter.refuse[mav.CMD_SET_MODE] = 'Mode change refused'
+    request = flight.ask(Goal.TAKEOFF)
+    flight.run(2.0)
+    assert request.reply is not None and not request.reply.accepted
+    flight.copter.mode = GUIDED
+    flight.run(2.0)
+    assert not flight.status.commandable
+
+
+def test_a_bridge_that_comes_back_in_flight_goes_on() -> None:
+    copter = ScriptedCopter()
+    Flight(copter).fly()
+    later = Flight(copter)
+    later.run(3.0)
+    assert later.status.commandable
+
+
+def test_a_command_in_progress_is_not_repeated_and_its_end_counts() -> None:
+    flight = Flight(ScriptedCopter(deaf={mav.CMD_ARM}))
+    flight.until(lambda: flight.status.ready)
+    request = flight.ask(Goal.ARM)
+    flight.run(0.2)
+    flight.deliver([mav.dialect.MAVLink_command_ack_message(mav.CMD_ARM, mav.ACK_IN_PROGRESS)])
+    flight.run(10.0)
+    assert flight.copter.commands.count(mav.CMD_ARM) == 1
+    flight.deliver([mav.dialect.MAVLink_command_ack_message(mav.CMD_ARM, mav.ACK_ACCEPTED)])
+    flight.run(0.2)
+    assert request.reply is not None and request.reply.accepted
+    assert flight.status.waiting_for == ''
+
+
+@pytest.mark.parametrize('bad', [
+    {'x': 1e30}, {'y': -2e5}, {'z': float('inf')}, {'vx': 300.0}, {'vy': float('nan')}, {'vz': -1e9},
+])
+def test_positions_that_cannot_be_true_are_refused_and_counted(bad: dict[str, float]) -> None:
+    flight = Flight(ScriptedCopter())
+    flight.until(lambda: flight.status.ready)
+    before = flight.companion.vehicle.motion
+    fields = {'x': 0.0, 'y': 0.0, 'z': 0.0, 'vx': 0.0, 'vy': 0.0, 'vz': 0.0, **bad}
+    flight.deliver([mav.dialect.MAVLink_local_position_ned_message(time_boot_ms=10**6, **fields)])
+    assert flight.companion.vehicle.motion == before
+    assert flight.companion.vehicle.refused_numbers == 1
+
+
+def test_positions_that_are_repeated_or_overtaken_are_no_news() -> None:
+    flight = Flight(ScriptedCopter())
+    flight.until(lambda: flight.status.ready)
+    before = flight.companion.vehicle.motion
+    assert before is not None
+    for late_ms in (0, 400):
+        boot_ms = max(0, before.time_boot_ms - late_ms)
+        flight.deliver([mav.dialect.MAVLink_local_position_ned_message(boot_ms, 9.0, 9.0, 9.0, 0.0, 0.0, 0.0)])
+    assert flight.companion.vehicle.motion == before
+
+
+def test_a_plane_is_not_flown_as_a_copter() -> None:
+    flight = Flight(ScriptedCopter(silent={mav.HEARTBEAT}))
+    flight.deliver([mav.dialect.MAVLink_heartbeat_message(1, mav.AUTOPILOT_ARDUPILOT, 0, 4, 4, 3)])
+    assert flight.status.waiting_for == 'heartbeat: no autopilot has been heard (system 1 is no multicopter (MAV_TYPE 1))'
+
+
+def test_another_address_with_its_ids_is_a_stranger_until_it_falls_silent() -> None:
+    flight = Flight(ScriptedCopter(), heartbeat_timeout_s=1.0)
+    here, there = ('10.0.0.1', 1), ('10.0.0.2', 1)
+    beat = mav.dialect.MAVLink_heartbeat_message(2, mav.AUTOPILOT_ARDUPILOT, 0, 0, 4, 3)
+    beat.pack(mav.dialect.MAVLink(None, 1, 1))
+    assert flight.companion.observe(beat, 0.0, here)
+    assert not flight.companion.observe(beat, 0.5, there)
+    assert flight.companion.vehicle.refused_strangers == 1
+    assert flight.companion.observe(beat, 2.0, there)
+
+
+def test_a_text_without_end_or_with_control_characters_stays_a_line() -> None:
+    flight = Flight(ScriptedCopter())
+    flight.run(1.0)
+    for chunk in range(200):
+        flight.deliver([mav.dialect.MAVLink_statustext_message(4, b'\x1b[2J' + b'x' * 46, 7, chunk)])
+    assert len(flight.status.text) <= 400
+    assert '\x1b' not in flight.status.text

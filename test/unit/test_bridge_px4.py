@@ -91,3 +91,17 @@ def test_a_refused_arming_is_told() -> None:
     assert request.reply is not None
     assert 'Arming denied: Resolve system health failures' in request.reply.message
     assert not flight.status.armed
+
+
+def test_leaving_a_flying_vehicle_makes_it_hold() -> None:
+    flight = StreamingFlight(ScriptedPx4())
+    flight.fly()
+    setpoint, hold = flight.companion.farewell(flight.now_s)
+    assert (setpoint.vx, setpoint.vy, setpoint.vz) == (0.0, 0.0, 0.0)
+    assert (hold.command, hold.param1, hold.param2, hold.param3) == (mav.CMD_SET_MODE, 1.0, 4.0, 3.0)
+
+
+def test_calls_itself_a_ground_station_as_texts_go_to_no_one_else() -> None:
+    flight = StreamingFlight(ScriptedPx4())
+    flight.run(3.0)
+    assert [m.type for m in flight.sent if m.get_msgId() == mav.HEARTBEAT][-1] == 6
