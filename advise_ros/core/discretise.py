@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -146,8 +147,9 @@ def _follow(tracker: CellTracker, stamps_ns: Stamps, positions: npt.NDArray[np.f
     """The moves along used samples, and the stamp at which a terminal state was entered."""
     track = _Track()
     entered_ns = 0
-    for index in tracker.events(positions):
-        now, before = (Fix(int(stamps_ns[i]), *map(float, positions[i, :2])) for i in (index, max(index - 1, 0)))
+    events = np.asarray(tracker.events(positions), dtype=np.int64)
+    earlier = np.maximum(events - 1, 0)
+    for before, now in zip(_fixes(stamps_ns, positions, earlier), _fixes(stamps_ns, positions, events), strict=True):
         state = tracker.state
         step = tracker.step(before, now)
         if state is None:
@@ -158,6 +160,10 @@ def _follow(tracker: CellTracker, stamps_ns: Stamps, positions: npt.NDArray[np.f
         if tracker.finished:
             return track, now.stamp_ns
     return track, None
+
+
+def _fixes(stamps_ns: Stamps, positions: npt.NDArray[np.float64], rows: npt.NDArray[np.int64]) -> Iterator[Fix]:
+    return map(Fix, stamps_ns[rows].tolist(), positions[rows, 0].tolist(), positions[rows, 1].tolist())
 
 
 def _record(track: _Track, grid: Grid, state: int, step: Step, stamps_ns: Window) -> None:

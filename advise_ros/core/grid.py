@@ -9,6 +9,7 @@ import math
 from collections import deque
 from dataclasses import dataclass, field
 from enum import IntEnum
+from functools import cached_property
 
 from advise_ros.core.errors import InputError
 
@@ -106,7 +107,7 @@ class Grid:
                 )
 
     # -- sizes -------------------------------------------------------------------------------
-    @property
+    @cached_property
     def n_cells(self) -> int:
         return self.width * self.height
 
@@ -177,7 +178,7 @@ class Grid:
     def cell_of(self, state: int) -> int:
         return state % self.n_cells
 
-    @property
+    @cached_property
     def goal_state(self) -> int:
         """The last layer's state on the final position: the flight is over."""
         return self.state(self.n_layers - 1, self.waypoints[-1])

@@ -3,22 +3,24 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-from rosbags.highlevel import AnyReader
-from rosbags.interfaces import Connection
-from rosbags.typesys import Stores, get_typestore
 
 from advise_ros.core.errors import LogError
 from advise_ros.core.samples import CommandSamples, PoseSamples, Recording, VehicleEvent
+from advise_ros.recording.blocks import Block, Channel, Integers
+from advise_ros.recording.codec import Codec
+from advise_ros.recording.columns import STRINGS, Growing, read, why_unlike
+from advise_ros.recording.storage import open_source
 
 NS = 1_000_000_000
 MAP_FRAME = 'map'
+# ArduPilot's DDS sends positions east-north-up from its origin and calls their frame so all the same.
+ARDUPILOT_POSE, ARDUPILOT_FRAME = '/ap/pose/filtered', 'base_link'
 POSE_TYPES = (
     'geometry_msgs/msg/PoseStamped', 'nav_msgs/msg/Odometry', 'geometry_msgs/msg/PoseWithCovarianceStamped',
 )
@@ -28,17 +30,17 @@ POLICY_TYPE = 'advise_msgs/msg/FlightStatus'
 POLICY_FLIES = (1, 2)  # FlightStatus.TO_START, FLYING
 NEVER_NS = int(np.iinfo(np.int64).max)
 
-Vectors = npt.NDArray[np.float64]
 ProgressCallback = Callable[[int, int], None]
 
 
 class BagTopics(NamedTuple):
     """Names of the topics to read: a name without leading '/' is found in any namespace.
 
+    The first name of `pose` that the bag has is taken; the defaults fit advise_ros, MAVROS and ArduPilot's DDS.
     `required` names those besides the positions that the bag must have: 'command', 'status'.
     """
 
-    pose: tuple[str, ...] = ('pose', 'odom')
+    pose: tuple[str, ...] = ('/pose', 'local_position/pose', 'pose', 'local_position/odom', 'odom', 'ap/pose/filtered')
     command: str = 'cmd_vel'
     status: str = 'vehicle_status'
     policy: str = 'policy/status'
@@ -60,56 +62,28 @@ class _Topics(NamedTuple):
 def read_bag(
     path: str | Path, topics: BagTopics = DEFAULT_TOPICS, progress: ProgressCallback | None = None,
 ) -> Recording:
-    """The samples of one vehicle in a bag, in the bag's order, stamped by their headers.
+    """The samples of one vehicle in a bag, stamped by their headers.
+
+    They are in the order of their log times; in a bag by our logger, which keeps the order of arrival, in that of
+    the file. What is cut off or damaged is left out and told in the notes.
 
     Args:
         path: a rosbag2 directory or an .mcap file.
         topics: where positions, commands and states are.
-        progress: called now and then with messages read and messages in all.
+        progress: called now and then with what is read and what there is in all.
 
     Raises:
         LogError: the bag can't be read, has no such positions, or has them in another frame than 'map'.
     """
-    with open_bag(path) as reader:
-        found = _resolve(path, reader, topics)
-        collected = _Collected(path, found)
-        connections = [c for c in reader.connections if c.topic in found and c.msgtype in reader.typestore.fielddefs]
-        total = sum(connection.msgcount for connection in connections)
-        for count, (connection, _, raw) in enumerate(reader.messages(connections)):
-            collected.take(connection, reader.deserialize(raw, connection.msgtype))
-            if progress is not None and count % 1000 == 0:
-                progress(count, total)
-    return collected.recording()
-
-
-@contextmanager
-def open_bag(path: str | Path) -> Iterator[AnyReader]:
-    """A reader of a whole bag; what goes wrong while it is used becomes one sentence.
-
-    Raises:
-        LogError: the path is no bag, or the bag is damaged or cut off.
-    """
-    bag = Path(path)
-    if not bag.exists():
-        raise LogError(f'{path}: there is no such file; name a bag directory or an .mcap file')
-    if bag.is_dir() and not (bag / 'metadata.yaml').is_file():
-        inside = ', '.join(sorted(file.name for file in bag.glob('*.mcap')))
-        remedy = f'name the file inside it: {inside}' if inside else 'name a bag directory or an .mcap file'
-        raise LogError(f'{path} is not a bag: it has no metadata.yaml; {remedy}')
-    try:
-        with AnyReader([bag], default_typestore=get_typestore(Stores.ROS2_JAZZY)) as reader:
-            yield reader
-    except LogError:
-        raise
-    except Exception as problem:  # rosbags lets many types through for damaged files
-        reason = str(problem).splitlines()[0].rstrip('.') if str(problem) else type(problem).__name__
-        hint = 'if its recording was cut off, the tool `mcap recover` saves what is whole'
-        raise LogError(f'{path} is not a whole bag ({reason}); {hint}') from problem
+    source = open_source(path)
+    collected = _Collected(path, topics)
+    for block in source.blocks(progress):
+        collected.take(block)
+    return collected.recording(source.topics, tuple(source.notes), numbered=source.numbered)
 
 
 # -- topics ----------------------------------------------------------------------------------------
-def _resolve(path: str | Path, reader: AnyReader, topics: BagTopics) -> _Topics:
-    types = {connection.topic: connection.msgtype for connection in reader.connections}
+def _resolve(path: str | Path, types: dict[str, str], topics: BagTopics) -> _Topics:
     pose = _pose_topic(path, types, topics)
     others = (
         _beside(pose, name, [topic for topic, msgtype in types.items() if msgtype == wanted])
@@ -161,77 +135,159 @@ def _beside(pose: str, name: str, candidates: list[str]) -> str:
 
 
 # -- samples ---------------------------------------------------------------------------------------
-def _stamp_ns(header: Any) -> int:
-    return int(header.stamp.sec) * NS + int(header.stamp.nanosec)
+class _Stretch:
+    """The vectors of one topic, as they come out of the bag."""
+
+    def __init__(self, channel: Channel) -> None:
+        self.problem = why_unlike(channel)
+        self.strings = STRINGS[channel.type_name]
+        self.frames = frozenset((MAP_FRAME,))
+        if channel.topic.endswith(ARDUPILOT_POSE):
+            self.frames |= {ARDUPILOT_FRAME}
+        self.others: Counter[str] = Counter()
+        self.unfit = 0
+        self._stamps_ns, self._log_ns = Growing(np.int64), Growing(np.int64)
+        self._vectors = Growing(np.float64, 3)
+
+    def take(self, block: Block, rows: Integers) -> None:
+        column = read(block, rows, self.strings, self.frames)
+        self._stamps_ns.add(column.stamps_ns)
+        self._vectors.add(column.vectors)
+        self._log_ns.add(column.log_ns)
+        self.others += column.others
+        self.unfit += column.unfit
+
+    def vectors(self, *, in_file_order: bool) -> tuple[Integers, npt.NDArray[np.float64]]:
+        """Stamps and vectors, in order; to be asked once."""
+        log_ns, stamps_ns, vectors = (grown.whole() for grown in (self._log_ns, self._stamps_ns, self._vectors))
+        if in_file_order or not (log_ns[1:] < log_ns[:-1]).any():
+            return stamps_ns, vectors
+        order = np.argsort(log_ns, kind='stable')
+        return stamps_ns[order], vectors[order]
+
+
+class _Messages:
+    """Messages of one topic, still as bytes; there are few of them."""
+
+    def __init__(self, channel: Channel) -> None:
+        self.channel = channel
+        self._found: list[tuple[int, bytes]] = []
+
+    def take(self, block: Block, rows: Integers) -> None:
+        for row in rows.tolist():
+            self._found.append((int(block.log_ns[row]), block.data[int(block.starts[row]) : int(block.ends[row])]))
+
+    def decoded(self, *, in_file_order: bool) -> tuple[list[Any], int]:
+        """The messages in order, and how many do not fit their definition; none where the bag has no definition."""
+        codec = Codec()
+        if not self.channel.definition or why_unlike(self.channel):
+            return [], len(self._found)
+        codec.learn(self.channel.type_name, self.channel.encoding, self.channel.definition)
+        ordered = self._found if in_file_order else sorted(self._found, key=lambda entry: entry[0])
+        values = [value for value in (codec.try_decode(data, self.channel.type_name) for _, data in ordered) if value]
+        return values, len(ordered) - len(values)
 
 
 class _Collected:
-    """Samples as they come out of the bag."""
+    """All that may be wanted, until it is known what the bag holds."""
 
-    def __init__(self, path: str | Path, topics: _Topics) -> None:
+    def __init__(self, path: str | Path, topics: BagTopics) -> None:
         self._path, self._topics = path, topics
-        self._poses: list[tuple[int, tuple[float, float, float]]] = []
-        self._commands: list[tuple[int, tuple[float, float, float]]] = []
-        self._events: list[VehicleEvent] = []
-        self._policy_ns: list[tuple[int, int]] = []
-        self._other_frames: Counter[str] = Counter()
+        self._vectors: dict[str, _Stretch] = {}
+        self._messages: dict[str, _Messages] = {}
 
-    def take(self, connection: Connection, message: Any) -> None:
-        take = {
-            self._topics.pose: self._pose,
-            self._topics.command: self._command,
-            self._topics.status: self._status,
-            self._topics.policy: self._policy,
-        }[connection.topic]
-        take(message)
+    def take(self, block: Block) -> None:
+        for number, channel in block.channels.items():
+            taker = self._taker(channel)
+            rows = block.where(number) if taker is not None else None
+            if taker is not None and rows is not None and rows.size:
+                taker.take(block, rows)
 
-    def _pose(self, message: Any) -> None:
-        if message.header.frame_id != MAP_FRAME:
-            raise LogError(
-                f"{self._path}: the positions on {self._topics.pose} are in frame '{message.header.frame_id}', "
-                f"not '{MAP_FRAME}' (ENU); record positions in frame '{MAP_FRAME}'"
-            )
-        pose = message.pose if hasattr(message.pose, 'position') else message.pose.pose
-        self._poses.append((_stamp_ns(message.header), (pose.position.x, pose.position.y, pose.position.z)))
+    def _taker(self, channel: Channel) -> _Stretch | _Messages | None:
+        topic, names = channel.topic, self._topics
+        wanted = {
+            COMMAND_TYPE: (names.command,), STATUS_TYPE: (names.status,), POLICY_TYPE: (names.policy,),
+            **dict.fromkeys(POSE_TYPES, names.pose),
+        }.get(channel.type_name, ())
+        if not any(_is_named(topic, name) for name in wanted):
+            return None
+        if channel.type_name not in STRINGS:
+            return self._messages.setdefault(topic, _Messages(channel))
+        if topic not in self._vectors:
+            self._vectors[topic] = _Stretch(channel)
+        return self._vectors[topic]
 
-    def _command(self, message: Any) -> None:
-        if message.header.frame_id != MAP_FRAME:
-            self._other_frames[message.header.frame_id] += 1
-            return
-        linear = message.twist.linear
-        self._commands.append((_stamp_ns(message.header), (linear.x, linear.y, linear.z)))
-
-    def _status(self, message: Any) -> None:
-        state = (bool(message.armed), bool(message.in_air))
-        if not self._events or self._events[-1][1:] != state:
-            self._events.append(VehicleEvent(_stamp_ns(message.header), *state))
-
-    def _policy(self, message: Any) -> None:
-        stamp_ns = _stamp_ns(message.header)
-        flying = message.phase in POLICY_FLIES
-        open_ns = self._policy_ns[-1] if self._policy_ns and self._policy_ns[-1][1] == NEVER_NS else None
-        if flying and open_ns is None:
-            self._policy_ns.append((stamp_ns, NEVER_NS))
-        elif not flying and open_ns is not None:
-            self._policy_ns[-1] = (open_ns[0], stamp_ns)
-
-    def recording(self) -> Recording:
-        if not self._poses:
-            raise LogError(f'{self._path} has no message on {self._topics.pose}; record a flight with positions')
-        notes = [
-            f"{count} commands in frame '{frame}' are not in '{MAP_FRAME}' and were not used"
-            for frame, count in sorted(self._other_frames.items())
-        ]
+    def recording(self, types: dict[str, str], notes: tuple[str, ...], *, numbered: bool) -> Recording:
+        found = _resolve(self._path, types, self._topics)
+        poses = self._poses(found.pose, numbered=numbered)
+        commands, said = self._commands(found.command, numbered=numbered)
+        events, unfit = self._values(found.status, numbered=numbered)
+        flights, lost = self._values(found.policy, numbered=numbered)
+        counts = ((self._vectors[found.pose].unfit, found.pose), (unfit, found.status), (lost, found.policy))
+        said += [_unfit(count, topic) for count, topic in counts if count]
         return Recording(
-            poses=PoseSamples(*_arrays(self._poses)),
-            commands=CommandSamples(*_arrays(self._commands)),
-            events=tuple(self._events),
-            policy_ns=tuple(self._policy_ns),
-            source=str(self._path),
-            notes=tuple(notes),
+            PoseSamples(*poses), CommandSamples(*commands), _events(events), _policy_ns(flights),
+            source=str(self._path), notes=(*notes, *said),
         )
 
+    def _poses(self, topic: str, *, numbered: bool) -> tuple[Integers, npt.NDArray[np.float64]]:
+        stretch = self._vectors.get(topic)
+        if stretch is None:
+            raise LogError(f'{self._path} has no message on {topic}; record a flight with positions')
+        if stretch.problem:
+            raise LogError(f'{self._path}, topic {topic}: {stretch.problem}')
+        for frame in stretch.others:
+            raise LogError(
+                f"{self._path}: the positions on {topic} are in frame '{frame}', "
+                f"not '{MAP_FRAME}' (ENU); record positions in frame '{MAP_FRAME}'"
+            )
+        poses = stretch.vectors(in_file_order=numbered)
+        if not len(poses[0]):
+            raise LogError(f'{self._path}: none of the {stretch.unfit} messages on {topic} fits its type; name another topic')
+        return poses
 
-def _arrays(rows: list[tuple[int, tuple[float, float, float]]]) -> tuple[npt.NDArray[np.int64], Vectors]:
-    stamps_ns = np.array([stamp_ns for stamp_ns, _ in rows], dtype=np.int64)
-    return stamps_ns, np.array([vector for _, vector in rows], dtype=np.float64).reshape(-1, 3)
+    def _commands(self, topic: str, *, numbered: bool) -> tuple[tuple[Integers, npt.NDArray[np.float64]], list[str]]:
+        stretch = self._vectors.get(topic)
+        if stretch is None:
+            return (np.empty(0, dtype=np.int64), np.empty((0, 3))), []
+        if stretch.problem:
+            raise LogError(f'{self._path}, topic {topic}: {stretch.problem}')
+        notes = [
+            f"{count} commands in frame '{frame}' are not in '{MAP_FRAME}' and were not used"
+            for frame, count in sorted(stretch.others.items())
+        ]
+        return stretch.vectors(in_file_order=numbered), notes + [_unfit(stretch.unfit, topic)] * bool(stretch.unfit)
+
+    def _values(self, topic: str, *, numbered: bool) -> tuple[list[Any], int]:
+        messages = self._messages.get(topic)
+        return messages.decoded(in_file_order=numbered) if messages else ([], 0)
+
+
+def _unfit(count: int, topic: str) -> str:
+    return f'{count} messages on {topic} do not fit their type and were not used'
+
+
+def _stamp_ns(message: Any) -> int:
+    return int(message.header.stamp.sec) * NS + int(message.header.stamp.nanosec)
+
+
+def _events(statuses: list[Any]) -> tuple[VehicleEvent, ...]:
+    events: list[VehicleEvent] = []
+    for message in statuses:
+        state = (bool(message.armed), bool(message.in_air))
+        if not events or events[-1][1:] != state:
+            events.append(VehicleEvent(_stamp_ns(message), *state))
+    return tuple(events)
+
+
+def _policy_ns(statuses: list[Any]) -> tuple[tuple[int, int], ...]:
+    """When a policy flew; a flight whose end is not told lasts for ever."""
+    found: list[tuple[int, int]] = []
+    for message in statuses:
+        flying = message.phase in POLICY_FLIES
+        is_open = bool(found) and found[-1][1] == NEVER_NS
+        if flying and not is_open:
+            found.append((_stamp_ns(message), NEVER_NS))
+        elif not flying and is_open:
+            found[-1] = (found[-1][0], _stamp_ns(message))
+    return tuple(found)

@@ -240,27 +240,43 @@ def test_no_such_bag(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None
 
 
 def test_not_a_bag(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert 'it has no metadata.yaml' in error_of(capsys, tmp_path)
+    assert 'it has no metadata.yaml and no .mcap file' in error_of(capsys, tmp_path)
     (tmp_path / 'metadata.yaml').write_text('rosbag2: [')
     assert 'not one of rosbag2' in error_of(capsys, tmp_path)
     (tmp_path / 'text.mcap').write_text('this is a text, and a rather long one')
-    assert 'is not a whole bag' in error_of(capsys, tmp_path / 'text.mcap')
+    assert 'holds nothing whole' in error_of(capsys, tmp_path / 'text.mcap')
 
 
-def test_a_truncated_bag(bag: SessionBag, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_of_a_bag_that_was_cut_off_what_is_whole_must_agree(bag: SessionBag, tmp_path: Path) -> None:
+    file = bag.write(tmp_path / 'bag', chunk_bytes=4000) / 'bag_0.mcap'
+    data, report = file.read_bytes(), tmp_path / 'report.json'
+    for share in (0.5, 0.7, 0.9, 0.9999):
+        file.write_bytes(data[: int(len(data) * share)])
+        assert replay.run([str(tmp_path / 'bag'), '--json', str(report)]) == 0, share
+        kept, *others = json.loads(report.read_text())['stages']
+        assert 'the recording was not finished' in kept['notes'][0]
+        assert others[0]['checked'] >= 1
+
+
+def test_a_bag_of_which_nothing_is_left(
+    bag: SessionBag, tmp_path: Path, capsys: pytest.CaptureFixture[str],
+) -> None:
     file = bag.write(tmp_path / 'bag') / 'bag_0.mcap'
     data = file.read_bytes()
-    for share in (0.0, 0.2, 0.5, 0.9, 0.9999):
-        file.write_bytes(data[: int(len(data) * share)])
-        assert 'is not a whole bag' in error_of(capsys, tmp_path / 'bag')
+    for length in (0, 30, 3000):
+        file.write_bytes(data[:length])
+        assert re.search('holds (nothing whole|no demonstrations)', error_of(capsys, tmp_path / 'bag'))
 
 
-def test_a_flipped_byte(bag: SessionBag, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    file = bag.write(tmp_path / 'bag') / 'bag_0.mcap'
-    data = bytearray(file.read_bytes())
-    data[len(data) // 3] ^= 0x10
+def test_a_flipped_byte_costs_a_chunk_and_is_found(bag: SessionBag, tmp_path: Path) -> None:
+    file = bag.write(tmp_path / 'bag', chunk_bytes=4000) / 'bag_0.mcap'
+    data, report = bytearray(file.read_bytes()), tmp_path / 'report.json'
+    data[data.index(b'zstd', len(data) // 4) + 200] ^= 0x10
     file.write_bytes(data)
-    assert 'is not a whole bag' in error_of(capsys, tmp_path / 'bag')
+    assert replay.run([str(tmp_path / 'bag'), '--json', str(report)]) == 1
+    kept = json.loads(report.read_text())['stages'][0]
+    assert 'a chunk is damaged' in kept['notes'][0]
+    assert re.search(r' at log time [\d.]+: \d+ messages before it are missing', kept['difference'])
 
 
 def test_a_bag_without_parameters(bag: SessionBag, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

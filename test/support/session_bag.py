@@ -60,8 +60,8 @@ class SessionBag:
     def put(self, topic: str, message: Any) -> None:
         self.entries.append((topic, self.now_ns, message))
 
-    def write(self, directory: Path) -> Path:
-        writer = BagWriter(directory)
+    def write(self, directory: Path, chunk_bytes: int = 768 * 1024) -> Path:
+        writer = BagWriter(directory, chunk_bytes=chunk_bytes)
         writer.add_record('platform', self.made_on)
         for node in self.nodes:
             values = asdict(getattr(self, node))

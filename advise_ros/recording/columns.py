@@ -1,0 +1,160 @@
+"""Stamps and vectors out of many CDR messages at once, by the fixed places at which they lie.
+
+A stamped message begins with std_msgs/Header; after it, and after a second string where the type has one, come
+the three float64 of a position or a velocity. Only the lengths of the strings move them.
+CDR: OMG DDSI-RTPS 10 (PLAIN_CDR); numbers are aligned to their size from byte 4 on.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from functools import cache
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+from rosbags.typesys import Stores, get_typestore
+
+from advise_ros.recording.blocks import Block, Channel, Integers, gather
+from advise_ros.recording.codec import parsed
+
+NS = 1_000_000_000
+# Type -> strings before its first vector.
+STRINGS = {
+    'geometry_msgs/msg/PoseStamped': 1,
+    'geometry_msgs/msg/PoseWithCovarianceStamped': 1,
+    'nav_msgs/msg/Odometry': 2,
+    'geometry_msgs/msg/TwistStamped': 1,
+}
+ENCAPSULATION, SECONDS_AT, NANOSECONDS_AT, LENGTH_AT, STRING_AT = 4, 4, 8, 12, 16
+PLAIN_CDR_LITTLE_ENDIAN = 0x0100  # The first two bytes, read as a little-endian number; no ROS 2 writes another.
+VECTOR_BYTES = 24
+# Names of frames are short; a longer one is damage.
+LONGEST_NAME = 256
+# Room for one in so many more rows is made when there is none left.
+GROWTH = 4
+
+
+class Column(NamedTuple):
+    """What the messages of one topic in one block hold.
+
+    Attributes:
+        stamps_ns: (m,) of the headers.
+        vectors: (m, 3).
+        log_ns: (m,) when they were recorded.
+        others: frame -> messages that are in it and not in one of those wanted; they are left out.
+        unfit: messages whose bytes are not of the type; they are left out.
+    """
+
+    stamps_ns: Integers
+    vectors: npt.NDArray[np.float64]
+    log_ns: Integers
+    others: Counter[str]
+    unfit: int
+
+
+@cache
+def why_unlike(channel: Channel) -> str:
+    """Why a channel's definition is not that of ROS 2, '' if it is or if the bag holds none.
+
+    Types that ROS 2 does not ship are only checked for being readable.
+    """
+    if not channel.definition:
+        return ''
+    try:
+        types = parsed(channel.type_name, channel.encoding, channel.definition)
+    except Exception:  # noqa: BLE001  rosbags lets its parser's errors through
+        return f'its definition of {channel.type_name} cannot be read'
+    shipped = get_typestore(Stores.ROS2_JAZZY).fielddefs
+    for name, (_, fields) in types.items():
+        if name in shipped and list(shipped[name][1]) != list(fields):
+            return f'its definition of {name} is not that of ROS 2'
+    return ''
+
+
+def read(block: Block, rows: Integers, strings: int, frames: frozenset[str]) -> Column:
+    """The messages at `rows` that are in one of the frames, in their order.
+
+    Args:
+        strings: as in STRINGS, for the type of these messages.
+    """
+    data, count = block.data, len(rows)
+    starts, sizes = block.starts[rows], block.ends[rows] - block.starts[rows]
+    rows, starts, sizes = _only(sizes >= STRING_AT, rows, starts, sizes)
+    rows, starts, sizes = _only(gather(data, '<u2', starts) == PLAIN_CDR_LITTLE_ENDIAN, rows, starts, sizes)
+    lengths = gather(data, '<u4', starts + LENGTH_AT).astype(np.int64)
+    at, fits = _vectors_at(data, starts, sizes, lengths, strings)
+    rows, starts, lengths, at = _only(fits, rows, starts, lengths, at)
+    inside, others = _in_frames(data, starts + STRING_AT, lengths, frames)
+    fitting = len(rows)
+    rows, starts, at = _only(inside, rows, starts, at)
+    seconds = gather(data, '<i4', starts + SECONDS_AT).astype(np.int64)
+    stamps_ns = seconds * NS + gather(data, '<u4', starts + NANOSECONDS_AT)
+    vectors = np.empty((len(rows), 3))
+    for axis in range(3):
+        vectors[:, axis] = gather(data, '<f8', starts + at + 8 * axis)
+    return Column(stamps_ns, vectors, block.log_ns[rows], others, count - fitting)
+
+
+def _only(kept: npt.NDArray[np.bool_], *arrays: Integers) -> tuple[Integers, ...]:
+    return arrays if kept.all() else tuple(array[kept] for array in arrays)
+
+
+def _vectors_at(
+    data: bytes, starts: Integers, sizes: Integers, lengths: Integers, strings: int,
+) -> tuple[Integers, npt.NDArray[np.bool_]]:
+    """Where the vector of each message lies from its start, and whether it lies inside."""
+    at, fits = STRING_AT + lengths, lengths <= LONGEST_NAME
+    for _ in range(strings - 1):
+        at = _aligned(at, 4)
+        fits &= at + 4 <= sizes
+        more = gather(data, '<u4', starts + np.where(fits, at, 0)).astype(np.int64)
+        at, fits = at + 4 + more, fits & (more <= LONGEST_NAME)
+    at = _aligned(at, 8)
+    return at, fits & (at + VECTOR_BYTES <= sizes)
+
+
+def _aligned(at: Integers, size: int) -> Integers:
+    return at + (ENCAPSULATION - at) % size
+
+
+def _in_frames(
+    data: bytes, at: Integers, lengths: Integers, frames: frozenset[str],
+) -> tuple[npt.NDArray[np.bool_], Counter[str]]:
+    """Which names are wanted ones, and how often each other one is there; names of one length are looked at together."""
+    inside = np.zeros(len(at), dtype=np.bool_)
+    others: Counter[str] = Counter()
+    for length in np.unique(lengths).tolist():
+        same = np.flatnonzero(lengths == length)
+        texts = gather(data, f'S{length}', at[same]) if length else np.zeros(len(same), dtype='S1')
+        for text in texts[:1] if (texts == texts[0]).all() else np.unique(texts):
+            name, where = bytes(text).decode('utf-8', 'replace'), same[texts == text]
+            if name in frames:
+                inside[where] = True
+            else:
+                others[name] += len(where)
+    return inside, others
+
+
+class Growing:
+    """Rows of numbers that are added piece by piece; memory stays near that of the result."""
+
+    def __init__(self, kind: npt.DTypeLike, *shape: int) -> None:
+        self._rows: npt.NDArray[Any] = np.empty((0, *shape), dtype=kind)
+        self._count = 0
+
+    def add(self, rows: npt.NDArray[Any]) -> None:
+        after = self._count + len(rows)
+        if after > len(self._rows):
+            self._resize(after + after // GROWTH)
+        self._rows[self._count : after] = rows
+        self._count = after
+
+    def whole(self) -> npt.NDArray[Any]:
+        """The rows; nothing can be added after."""
+        self._resize(self._count)
+        return self._rows
+
+    def _resize(self, count: int) -> None:
+        # In place: no second copy of what is there.
+        self._rows.resize((count, *self._rows.shape[1:]), refcheck=False)

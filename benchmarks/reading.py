@@ -1,0 +1,147 @@
+"""Reading bags: seconds from a bag to poses and to demonstrations, beside a plain scan of its chunks and beside rosbags.
+
+usage: ./advise python benchmarks/reading.py [--poses 1000000] [--trials 5] [--commands]
+
+Makes a bag of simulated flights along config/grid_6x6.yaml in a temporary directory and reads it in each way in turn;
+prints Markdown: the median of the trials with their range, and ratios within this run. Memory is the peak of what
+Python and numpy allocated, without what is handed back (32 bytes a pose).
+"""
+
+from __future__ import annotations
+
+import argparse
+import statistics
+import struct
+import tempfile
+import time
+import tracemalloc
+import zlib
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import zstandard
+from mcap.records import Chunk
+from mcap.stream_reader import StreamReader
+from rosbags.highlevel import AnyReader
+
+from advise_ros.core.discretise import DiscretiseSettings
+from advise_ros.core.flights import demonstrations_of
+from advise_ros.core.grid import Grid
+from advise_ros.recording.bags import read_bag
+from advise_ros.recording.definitions import definition
+from advise_ros.recording.gridfile import load_grid
+from advise_ros.recording.writer import BagWriter
+
+GRID_FILE = Path(__file__).parents[1] / 'config' / 'grid_6x6.yaml'
+RATE_HZ, SPEED_M_S, NS = 20.0, 1.2, 1_000_000_000
+HEAD = struct.Struct('<HHiII4s')
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument('--poses', type=int, default=1_000_000)
+    parser.add_argument('--trials', type=int, default=5)
+    parser.add_argument('--commands', action='store_true', help='a velocity command after each pose')
+    options = parser.parse_args()
+    grid = load_grid(GRID_FILE)
+    with tempfile.TemporaryDirectory() as directory:
+        bag = make(Path(directory) / 'bag', grid, options.poses, commands=options.commands)
+        report(bag, grid, options)
+
+
+def report(bag: Path, grid: Grid, options: argparse.Namespace) -> None:
+    ways: dict[str, Callable[[], object]] = {
+        'plain scan: every chunk uncompressed and its checksum compared': lambda: scan(bag),
+        'poses as arrays': lambda: read_bag(bag),
+        'demonstrations': lambda: demonstrations(bag, grid),
+        'rosbags, each pose deserialised': lambda: by_rosbags(bag),
+    }
+    seconds: dict[str, list[float]] = {name: [] for name in ways}
+    for _ in range(options.trials):
+        for name, way in ways.items():
+            begin_s = time.perf_counter()
+            way()
+            seconds[name].append(time.perf_counter() - begin_s)
+    plain_s, *_, rosbags_s = (statistics.median(found) for found in seconds.values())
+    (file,) = bag.glob('*.mcap')
+    print(f'{options.poses} poses, {len(demonstrations(bag, grid))} flights, {file.stat().st_size / 1e6:.0f} MB, '
+          f'{options.trials} trials\n')
+    print('| what | s | range | times a plain scan | times faster than rosbags |\n| --- | --- | --- | --- | --- |')
+    for name, found in seconds.items():
+        median_s = statistics.median(found)
+        print(f'| {name} | {median_s:.2f} | {min(found):.2f} to {max(found):.2f} | {median_s / plain_s:.2f} '
+              f'| {rosbags_s / median_s:.1f} |')
+    print(f'\nmemory beside the arrays that are handed back: {memory_mb(bag):.1f} MB')
+
+
+def make(bag: Path, grid: Grid, n_poses: int, *, commands: bool) -> Path:
+    """Round flights at 20 Hz, one after the other."""
+    positions = flights(grid, n_poses)
+    writer = BagWriter(bag)
+    pose = writer.add_topic('/pose', definition('geometry_msgs/msg/PoseStamped'))
+    command = writer.add_topic('/cmd_vel', definition('geometry_msgs/msg/TwistStamped')) if commands else None
+    velocities = np.diff(positions, axis=0, append=positions[-1:]) * RATE_HZ
+    for index, (position, velocity) in enumerate(zip(positions.tolist(), velocities.tolist(), strict=True)):
+        stamp_ns = 1_700_000_000 * NS + int(index * NS / RATE_HZ)
+        head = HEAD.pack(0x0100, 0, stamp_ns // NS, stamp_ns % NS, 4, b'map')
+        writer.write(pose, stamp_ns, stamp_ns, head + struct.pack('<7d', *position, 0.0, 0.0, 0.0, 1.0))
+        if command is not None:
+            writer.write(command, stamp_ns, stamp_ns, head + struct.pack('<6d', *velocity, 0.0, 0.0, 0.0))
+    writer.close()
+    return bag
+
+
+def flights(grid: Grid, n_poses: int) -> np.ndarray:
+    """(n, 3) positions: up, along the waypoints in cell-wise legs, down; with 2 cm of noise."""
+    corners = [grid.xy(cell) for cell in (grid.waypoints[-1], *grid.waypoints)]
+    points = [(*grid.centre_enu_m(grid.cell(*corners[0])), 0.0)]
+    points += [(*grid.centre_enu_m(grid.cell(x, y)), grid.altitude_m) for x, y in corners]
+    points += [(*points[-1][:2], 0.0)]
+    legs = np.array(points)
+    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(legs, axis=0), axis=1))])
+    steps = np.arange(0.0, along[-1], SPEED_M_S / RATE_HZ)
+    one = np.column_stack([np.interp(steps, along, legs[:, axis]) for axis in range(3)])
+    many = np.tile(one, (n_poses // len(one) + 1, 1))[:n_poses]
+    return many + np.random.default_rng(1).normal(0.0, 0.02, many.shape)
+
+
+def scan(bag: Path) -> int:
+    """Bytes in all chunks."""
+    total = 0
+    for file in bag.glob('*.mcap'):
+        with file.open('rb') as stream:
+            for record in StreamReader(stream, emit_chunks=True).records:
+                if isinstance(record, Chunk):
+                    data = zstandard.decompress(record.data, record.uncompressed_size)
+                    assert zlib.crc32(data) == record.uncompressed_crc
+                    total += len(data)
+    return total
+
+
+def demonstrations(bag: Path, grid: Grid) -> tuple[object, ...]:
+    return demonstrations_of(grid, read_bag(bag), DiscretiseSettings()).demonstrations
+
+
+def by_rosbags(bag: Path) -> list[tuple[int, float, float, float]]:
+    found = []
+    with AnyReader([bag]) as reader:
+        wanted = [connection for connection in reader.connections if connection.topic == '/pose']
+        for connection, _, raw in reader.messages(wanted):
+            message = reader.deserialize(raw, connection.msgtype)
+            stamp, at = message.header.stamp, message.pose.position
+            found.append((stamp.sec * NS + stamp.nanosec, at.x, at.y, at.z))
+    return found
+
+
+def memory_mb(bag: Path) -> float:
+    tracemalloc.start()
+    recording = read_bag(bag)
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    arrays = (*recording.poses, *recording.commands)
+    return (peak - sum(array.nbytes for array in arrays)) / 1e6
+
+
+if __name__ == '__main__':
+    main()
