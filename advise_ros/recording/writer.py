@@ -1,70 +1,31 @@
-"""Bags in the rosbag2 layout: a directory with `metadata.yaml` and one `.mcap`, definitions embedded."""
+"""Bags in the rosbag2 layout: a directory with `metadata.yaml` and .mcap files, definitions embedded."""
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from io import BytesIO, StringIO
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any
 
-from mcap.writer import CompressionType, Writer
 from rosbags.interfaces import Qos
 from rosbags.rosbag2.metadata import dump_qos_v9
-from ruamel.yaml import YAML
 
-import advise_ros
 from advise_ros.core.errors import InputError
+from advise_ros.recording import metadata
 from advise_ros.recording.definitions import Definition
+from advise_ros.recording.mcapwriter import COMPRESSIONS, DEFAULT_CHUNK_BYTES, McapWriter
 
-METADATA_VERSION = 9
-METADATA_FILE = 'metadata.yaml'
-COMPRESSIONS = {'zstd': CompressionType.ZSTD, 'lz4': CompressionType.LZ4, 'none': CompressionType.NONE}
-NO_MESSAGE_NS = 2**63 - 1
-
-
-def to_yaml(value: Any) -> str:
-    """Block-style YAML, as rosbag2 writes it."""
-    yaml = YAML(typ='safe')
-    yaml.default_flow_style = False
-    yaml.width = 4096
-    yaml.representer.ignore_aliases = lambda _: True
-    out = StringIO()
-    yaml.dump(value, out)
-    return out.getvalue().strip() + '\n'
-
-
-def write_atomically(path: Path, text: str) -> None:
-    """Replace a file so that a reader sees either the old text or the new one."""
-    temporary = path.with_name(path.name + '.tmp')
-    with temporary.open('w', encoding='utf-8') as out:
-        out.write(text)
-        out.flush()
-        os.fsync(out.fileno())
-    temporary.replace(path)
+__all__ = ['COMPRESSIONS', 'BagWriter']
 
 
 @dataclass
-class _Channel:
-    topic: str
+class _Topic:
+    name: str
     definition: Definition
     qos: list[Qos]
     count: int = 0
-
-
-@dataclass
-class _Span:
-    """Log times seen so far, and how many messages they belong to."""
-
-    first_ns: int = NO_MESSAGE_NS
-    last_ns: int = 0
-    count: int = 0
-
-    def add(self, log_time_ns: int) -> None:
-        self.first_ns = min(self.first_ns, log_time_ns)
-        self.last_ns = max(self.last_ns, log_time_ns)
-        self.count += 1
+    # In the file being written; None before its first message there.
+    channel_id: int | None = None
 
 
 @dataclass
@@ -84,97 +45,105 @@ class BagWriter:
 
     directory: Path
     compression: str = 'zstd'
-    chunk_bytes: int = 768 * 1024
-    _channels: dict[int, _Channel] = field(default_factory=dict, init=False, repr=False)
+    chunk_bytes: int = DEFAULT_CHUNK_BYTES
+    _topics: list[_Topic] = field(default_factory=list, init=False, repr=False)
     _schemas: dict[str, int] = field(default_factory=dict, init=False, repr=False)
-    _span: _Span = field(default_factory=_Span, init=False, repr=False)
+    _files: list[McapWriter] = field(default_factory=list, init=False, repr=False)
 
     def __post_init__(self) -> None:
         _make(self.directory)
-        self._stream: BinaryIO = self._file.open('xb')
-        self._mcap = Writer(self._stream, chunk_size=self.chunk_bytes, compression=COMPRESSIONS[self.compression])
-        self._mcap.start(profile='ros2', library=f'advise_ros {advise_ros.__version__}')
-        self.flush()
-        self.write_metadata_file()
-
-    @property
-    def _file(self) -> Path:
-        return self.directory / f'{self.directory.name}_0.mcap'
+        self._open_file()
 
     @property
     def counts(self) -> dict[str, int]:
         """Topic -> messages written."""
-        return {channel.topic: channel.count for channel in self._channels.values()}
+        return {topic.name: topic.count for topic in self._topics}
+
+    @property
+    def size(self) -> int:
+        """Bytes in the file being written; the chunk in progress comes on top."""
+        return self._files[-1].size
+
+    @property
+    def duration_ns(self) -> int:
+        """Between the log times of the file being written."""
+        return self._files[-1].span.duration_ns
 
     def add_topic(self, topic: str, definition: Definition, qos: Sequence[Qos] = ()) -> int:
-        """Open a channel; returns its id. One channel a topic: call it once for each."""
-        if definition.type_name not in self._schemas:
-            self._schemas[definition.type_name] = self._mcap.register_schema(
-                definition.type_name, 'ros2msg', definition.text.encode()
-            )
-        channel_id = self._mcap.register_channel(
-            topic, 'cdr', self._schemas[definition.type_name],
-            {'offered_qos_profiles': to_yaml(dump_qos_v9(list(qos))), 'topic_type_hash': definition.type_hash},
-        )
-        self._channels[channel_id] = _Channel(topic, definition, list(qos))
-        return channel_id
+        """Name a topic; returns its number for `write`. Call it once for each."""
+        self._topics.append(_Topic(topic, definition, list(qos)))
+        self._open_channel(self._topics[-1])
+        return len(self._topics) - 1
 
-    def write(self, channel_id: int, log_time_ns: int, publish_time_ns: int, data: bytes) -> None:
-        """Append one CDR message; the file keeps the order of the calls."""
-        channel = self._channels[channel_id]
-        self._mcap.add_message(channel_id, log_time_ns, data, publish_time_ns, channel.count)
-        channel.count += 1
-        self._span.add(log_time_ns)
+    def write(self, topic: int, log_time_ns: int, publish_time_ns: int, data: bytes) -> None:
+        """Append one CDR message; the bag keeps the order of the calls."""
+        entry = self._topics[topic]
+        channel_id = entry.channel_id or self._open_channel(entry)
+        self._files[-1].write(channel_id, log_time_ns, publish_time_ns, data, entry.count)
+        entry.count += 1
 
     def add_record(self, name: str, values: Mapping[str, str]) -> None:
         """Append an MCAP metadata record."""
-        self._mcap.add_metadata(name, dict(values))
+        self._files[-1].add_record(name, values)
 
     def flush(self) -> None:
-        """Close the chunk in progress and hand it to the operating system."""
-        self._mcap.flush()  # type: ignore[no-untyped-call]
+        """Hand what was written to the operating system: it outlives this process."""
+        self._files[-1].flush()
+
+    def sync(self) -> None:
+        """What was flushed is on the disk when this returns."""
+        self._files[-1].sync()
+
+    def split(self) -> None:
+        """Finish the file being written and go on in the next one."""
+        self._files[-1].finish()
+        self._open_file()
 
     def close(self) -> None:
         """Write the index and the final metadata.yaml; the file is closed whatever happens."""
+        last = self._files[-1]
         try:
-            self._mcap.add_metadata('rosbag2', {'serialized_metadata': to_yaml(self._information())})
-            self._mcap.finish()  # type: ignore[no-untyped-call]
-        finally:
-            self._abandon()
+            last.add_record('rosbag2', {'serialized_metadata': metadata.to_yaml(self._information())})
+        except OSError:
+            last.abandon()
+            raise
+        last.finish()
         self.write_metadata_file()
 
-    def _abandon(self) -> None:
-        """Close the file; after a failed write its buffer holds what the disk refused."""
-        try:
-            self._stream.close()
-        except OSError:
-            self._stream = BytesIO()
+    def abandon(self) -> None:
+        """Close the file as it is, when the disk has refused to take more."""
+        self._files[-1].abandon()
 
     def write_metadata_file(self) -> None:
         """Bring metadata.yaml up to date."""
-        text = to_yaml({'rosbag2_bagfile_information': self._information()})
-        write_atomically(self.directory / METADATA_FILE, text)
+        metadata.write(self.directory, self._information())
+
+    def _open_file(self) -> None:
+        path = self.directory / f'{self.directory.name}_{len(self._files)}.mcap'
+        self._files.append(McapWriter(path, self.compression, self.chunk_bytes))
+        self._schemas.clear()
+        for topic in self._topics:
+            topic.channel_id = None
+        self.write_metadata_file()
+
+    def _open_channel(self, topic: _Topic) -> int:
+        file, definition = self._files[-1], topic.definition
+        if definition.type_name not in self._schemas:
+            self._schemas[definition.type_name] = file.add_schema(definition.type_name, 'ros2msg', definition.text.encode())
+        qos = metadata.to_yaml(dump_qos_v9(topic.qos))
+        topic.channel_id = file.add_channel(
+            topic.name, 'cdr', self._schemas[definition.type_name],
+            {'offered_qos_profiles': qos, 'topic_type_hash': definition.type_hash},
+        )
+        return topic.channel_id
 
     def _information(self) -> dict[str, Any]:
-        """The contents of metadata.yaml, format version 9."""
-        span = self._span
-        start = {'nanoseconds_since_epoch': span.first_ns}
-        duration = {'nanoseconds': span.last_ns - span.first_ns if span.count else 0}
-        name = self._file.name
-        return {
-            'version': METADATA_VERSION,
-            'storage_identifier': 'mcap',
-            'duration': duration,
-            'starting_time': start,
-            'message_count': span.count,
-            'topics_with_message_count': [_topic_information(channel) for channel in self._channels.values()],
-            'compression_format': '',
-            'compression_mode': '',
-            'relative_file_paths': [name],
-            'files': [{'path': name, 'starting_time': start, 'duration': duration, 'message_count': span.count}],
-            'custom_data': {'advise_ros': advise_ros.__version__},
-            'ros_distro': os.environ.get('ROS_DISTRO', 'jazzy'),
-        }
+        files = [(file.path.name, file.span) for file in self._files]
+        topics = [
+            metadata.Topic(t.name, t.definition.type_name, t.definition.type_hash, dump_qos_v9(t.qos), t.count)
+            for t in self._topics
+        ]
+        return metadata.information(files, topics)
 
 
 def _make(directory: Path) -> None:
@@ -186,16 +155,3 @@ def _make(directory: Path) -> None:
         raise InputError(
             f'bag {str(directory)!r} cannot be made: {problem.strerror}; name a directory that you may write'
         ) from problem
-
-
-def _topic_information(channel: _Channel) -> dict[str, Any]:
-    return {
-        'topic_metadata': {
-            'name': channel.topic,
-            'type': channel.definition.type_name,
-            'serialization_format': 'cdr',
-            'offered_qos_profiles': dump_qos_v9(channel.qos),
-            'type_description_hash': channel.definition.type_hash,
-        },
-        'message_count': channel.count,
-    }

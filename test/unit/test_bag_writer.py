@@ -22,10 +22,11 @@ from rosbags.typesys import Stores, get_typestore
 from ruamel.yaml import YAML
 
 from advise_msgs.msg import LearnerStatus
-from advise_ros.core.errors import InputError, LogError
+from advise_ros.core.errors import InputError
 from advise_ros.recording import platform
 from advise_ros.recording.definitions import definition
 from advise_ros.recording.messages import Bag, Codec
+from advise_ros.recording.recover import Salvage
 from advise_ros.recording.writer import COMPRESSIONS, BagWriter
 from advise_ros.ros.cdr import to_cdr
 
@@ -131,10 +132,32 @@ def test_what_was_flushed_is_in_the_file_before_the_end(tmp_path: Path) -> None:
     before = file.stat().st_size
     writer.flush()
     assert file.stat().st_size > before + 100
-    with pytest.raises(LogError, match='is not a whole bag'):  # Not before it is finished.
-        Bag(tmp_path / 'bag', [POSE])
+    with Salvage(file) as salvage:
+        assert sum(isinstance(record, Message) for record in salvage.records()) == 1
+        assert not salvage.finished
     writer.close()
     assert Bag(tmp_path / 'bag', [POSE]).count == 1
+
+
+def test_a_split_bag_is_one_bag(tmp_path: Path) -> None:
+    """Files that stand on their own, numbered through, each in metadata.yaml with its own times."""
+    writer = BagWriter(tmp_path / 'bag')
+    channel = writer.add_topic('/pose', definition(POSE), [LATCHED])
+    for number in range(10):
+        if number in (4, 8):
+            writer.split()
+        writer.write(channel, number, number, pose(float(number)))
+    writer.close()
+    told = information(tmp_path / 'bag')
+    assert told['relative_file_paths'] == ['bag_0.mcap', 'bag_1.mcap', 'bag_2.mcap']
+    files = [(file['message_count'], file['starting_time']['nanoseconds_since_epoch']) for file in told['files']]
+    assert files == [(4, 0), (4, 4), (2, 8)]
+    assert told['message_count'] == told['topics_with_message_count'][0]['message_count'] == 10
+    assert Bag(tmp_path / 'bag', [POSE]).gaps == []
+    with AnyReader([tmp_path / 'bag']) as reader:
+        assert [reader.deserialize(raw, c.msgtype).pose.position.x for c, _, raw in reader.messages()] == list(range(10))
+    with (tmp_path / 'bag' / 'bag_2.mcap').open('rb') as stream:
+        assert [message.log_time for _, _, message in make_reader(stream, validate_crcs=True).iter_messages()] == [8, 9]
 
 
 def test_an_existing_directory_is_refused_and_left_alone(tmp_path: Path) -> None:
