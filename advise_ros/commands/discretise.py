@@ -5,52 +5,56 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Sequence
-from dataclasses import Field, fields
-from functools import partial
+from dataclasses import Field, fields, replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import numpy as np
 from rich import box
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
 from advise_ros import config
 from advise_ros.config import RecorderConfig
+from advise_ros.core import flights
 from advise_ros.core.demonstration import Audit, Demonstration
 from advise_ros.core.discretise import DiscretiseSettings
 from advise_ros.core.errors import AdviseError, LogError
-from advise_ros.core.flights import Demonstrations, demonstrations_of, waypoints_reached
 from advise_ros.core.grid import Grid
-from advise_ros.core.samples import Recording
 from advise_ros.core.tracker import check_hysteresis
 from advise_ros.recording.bags import DEFAULT_TOPICS, BagTopics
+from advise_ros.recording.dataset import Dataset, save_dataset
 from advise_ros.recording.demofile import save_demonstrations
 from advise_ros.recording.gridfile import load_grid
-from advise_ros.recording.sources import read_recording
+from advise_ros.recording.harvest import Harvest, Task, harvest, harvest_all
+from advise_ros.recording.sources import find_recordings
 
 OK, USAGE, INTERRUPTED = 0, 2, 130
 NS = 1_000_000_000
 TABLE_COLUMNS = 120  # Where the terminal does not tell its width.
 WAYPOINTS_SHOWN = 6
-REASONS_SHOWN = 2
+ROWS_SHOWN = 100
 
 EXAMPLES = """examples:
   ./advise discretise bags/arducopter_flight1.tlog --grid config/grid_6x6.yaml --out demos.json
   ./advise discretise bags/arducopter_five_flights --grid config/grid_6x6.yaml
   ./advise discretise flight*.mcap --grid grid.yaml --pose-topic /drone1/pose --out demos.json
+  ./advise discretise season/ --grid grid.yaml --out dataset          (dataset.yaml and demonstrations.npz)
+  ./advise discretise season/ --grid grid.yaml --out dataset --dask tcp://10.0.0.5:8786
+
+Of a recording that is cut off or damaged, what is whole is used and the rest told.
 
 exit code: 0 all recordings gave demonstrations; 2 wrong usage, or a recording gave none
 (the demonstrations of the others are written all the same); 130 interrupted, nothing written"""
 
 
 class Outcome(NamedTuple):
-    """What became of the recordings: demonstrations, remarks, and one sentence for each that failed."""
+    """What became of the recordings: demonstrations, remarks, one sentence for each that failed, and how many each gave."""
 
     demonstrations: list[Demonstration]
     remarks: list[str]
     failures: list[str]
+    recordings: dict[str, int]
 
 
 def main(argv: Sequence[str] | None = None) -> None:
@@ -66,7 +70,7 @@ def run(argv: Sequence[str]) -> int:
         check_hysteresis(grid, settings.hysteresis_m)
         outcome = _discretise_all(options, grid, settings)
         if options.out and outcome.demonstrations:
-            save_demonstrations(options.out, outcome.demonstrations)
+            _save(options.out, outcome, grid, settings)
     except AdviseError as problem:
         return _fail(str(problem))
     except KeyboardInterrupt:
@@ -74,6 +78,14 @@ def run(argv: Sequence[str]) -> int:
         return INTERRUPTED
     _report(outcome, grid, options.out)
     return USAGE if outcome.failures else OK
+
+
+def _save(out: str, outcome: Outcome, grid: Grid, settings: DiscretiseSettings) -> None:
+    if Path(out).suffix == '.json':
+        save_demonstrations(out, outcome.demonstrations)
+        return
+    found = tuple(outcome.demonstrations)
+    save_dataset(out, Dataset(grid, found, settings, outcome.recordings, tuple(outcome.failures)))
 
 
 def _fail(sentence: str) -> int:
@@ -87,12 +99,21 @@ def _parser() -> argparse.ArgumentParser:
         prog='discretise', description='Turn recordings of flights into demonstrations on a grid, with an audit.',
         epilog=EXAMPLES, formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument('paths', nargs='+', metavar='PATH', help='a .tlog, a bag directory or an .mcap file')
+    parser.add_argument(
+        'paths', nargs='+', metavar='PATH', help='a .tlog, a bag directory, an .mcap file, or a directory of any of them',
+    )
     parser.add_argument('--grid', required=True, metavar='FILE', help='YAML file with the grid and its waypoints')
-    parser.add_argument('--out', metavar='FILE', help='write the demonstrations to this JSON file')
+    parser.add_argument(
+        '--out', metavar='OUT', help='write the demonstrations to this .json file, or as a dataset into this directory',
+    )
     parser.add_argument(
         '--undivided', action='store_true',
         help='take each recording as one flight: do not look for take-off and landing',
+    )
+    many = parser.add_argument_group('many recordings')
+    many.add_argument('--jobs', type=_jobs, default=0, metavar='N', help='processes at a time (default: one a core)')
+    many.add_argument(
+        '--dask', default='', metavar='ADDRESS', help='use the Dask cluster whose scheduler is there, e.g. tcp://host:8786',
     )
     topics = parser.add_argument_group('topics of a bag (a name without / in front is found in any namespace)')
     topics.add_argument('--pose-topic', metavar='NAME', help='positions (default: pose, else odom)')
@@ -105,6 +126,12 @@ def _parser() -> argparse.ArgumentParser:
             help=f'{spec.metadata["doc"]} (default %(default)s; {config.range_text(spec)})',
         )
     return parser
+
+
+def _jobs(text: str) -> int:
+    if not text.isdecimal():
+        raise argparse.ArgumentTypeError(f'{text!r} is not a number of processes')
+    return int(text)
 
 
 def _setting_specs() -> dict[str, Field[Any]]:
@@ -126,51 +153,41 @@ def _topics(options: argparse.Namespace) -> BagTopics:
 
 # -- work ------------------------------------------------------------------------------------------
 def _discretise_all(options: argparse.Namespace, grid: Grid, settings: DiscretiseSettings) -> Outcome:
-    outcome = Outcome([], [], [])
-    columns = (TextColumn('{task.description}'), BarColumn(), TimeRemainingColumn())
-    console = Console(stderr=True)
-    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
-        for path in options.paths:
-            task = bar.add_task(Path(path).name, total=None)
-            try:
-                recording = read_recording(path, _topics(options), partial(_show, bar, task))
-                _add(outcome, path, recording, _demonstrations(options, grid, settings, recording, outcome))
-            except LogError as problem:
-                outcome.failures.append(str(problem))
-            bar.remove_task(task)
+    outcome = Outcome([], [], [], {})
+    paths = _found(options.paths, outcome)
+    task = Task(grid, settings, _topics(options), options.undivided)
+    for one in _harvested(options, paths, task):
+        first = len(outcome.demonstrations) + 1
+        outcome.demonstrations.extend(
+            replace(demonstration, demonstration_id=flights.name(first + index))
+            for index, demonstration in enumerate(one.demonstrations)
+        )
+        outcome.remarks.extend(one.remarks)
+        outcome.failures.extend([one.failure] if one.failure else ())
+        outcome.recordings[one.path] = len(one.demonstrations)
     return outcome
 
 
-def _show(bar: Progress, task: TaskID, done: int, total: int) -> None:
-    bar.update(task, completed=done, total=total)
+def _found(paths: Sequence[str], outcome: Outcome) -> list[str]:
+    found: list[str] = []
+    for path in paths:
+        try:
+            found += map(str, find_recordings(path))
+        except LogError as problem:
+            outcome.failures.append(str(problem))
+    return list(dict.fromkeys(found))
 
 
-def _demonstrations(
-    options: argparse.Namespace, grid: Grid, settings: DiscretiseSettings, recording: Recording, outcome: Outcome,
-) -> Demonstrations:
-    """Those of one recording, or a LogError that says why there are none."""
-    first = len(outcome.demonstrations) + 1
-    found = demonstrations_of(grid, recording, settings, first=first, undivided=options.undivided)
-    if not found.demonstrations:
-        reason = '; '.join(found.notes[:REASONS_SHOWN]) or _why_no_flight(grid, recording)
-        raise LogError(f'{recording.source} gives no demonstration on this grid: {reason}')
-    return found
-
-
-def _why_no_flight(grid: Grid, recording: Recording) -> str:
-    stamps_ns, positions_enu_m = recording.poses
-    numbers = np.isfinite(positions_enu_m).all(axis=1)
-    if not numbers.any():
-        return 'none of its positions is a number'
-    if not (numbers & (stamps_ns != 0)).any():
-        return 'none of its positions has a stamp; record them with header.stamp set'
-    highest_m = positions_enu_m[numbers & (stamps_ns != 0), 2].max()
-    return f'no flight reaches {grid.altitude_m:g} m, the highest position is {highest_m:.1f} m'
-
-
-def _add(outcome: Outcome, path: str, recording: Recording, found: Demonstrations) -> None:
-    outcome.demonstrations.extend(found.demonstrations)
-    outcome.remarks.extend(f'{path}: {note}' for note in (*recording.notes, *found.notes))
+def _harvested(options: argparse.Namespace, paths: list[str], task: Task) -> list[Harvest]:
+    columns = (TextColumn('{task.description}'), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    console = Console(stderr=True)
+    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
+        if len(paths) == 1 and not options.dask:
+            (path,) = paths
+            work = bar.add_task(Path(path).name, total=None)
+            return [harvest(path, task, lambda done, total: bar.update(work, completed=done, total=total))]
+        work = bar.add_task('recordings', total=len(paths))
+        return harvest_all(paths, task, jobs=options.jobs, dask=options.dask, done=lambda: bar.advance(work))
 
 
 # -- report ----------------------------------------------------------------------------------------
@@ -200,13 +217,15 @@ def _table(demonstrations: Sequence[Demonstration], grid: Grid) -> Table:
     table.add_column('waypoints in order')
     table.add_column('end', no_wrap=True)
     table.add_column('audit')
-    for demonstration in demonstrations:
+    for demonstration in demonstrations[:ROWS_SHOWN]:
         table.add_row(*_row(demonstration, grid))
+    if len(demonstrations) > ROWS_SHOWN:
+        table.add_row('...', f'{sum(len(one.states) for one in demonstrations)}', '', f'{len(demonstrations)} demonstrations in all')
     return table
 
 
 def _row(demonstration: Demonstration, grid: Grid) -> tuple[str, ...]:
-    reached = waypoints_reached(demonstration)
+    reached = flights.waypoints_reached(demonstration)
     cells = [f'({x},{y})' for x, y in map(grid.xy, grid.waypoints[:reached])]
     if len(cells) > WAYPOINTS_SHOWN:
         cells[1 : 1 - WAYPOINTS_SHOWN] = ['...']

@@ -12,6 +12,7 @@ from typing import Any
 from advise_ros.core.demonstration import Audit, Demonstration, EndReason
 from advise_ros.core.errors import InputError
 from advise_ros.core.grid import Grid
+from advise_ros.recording.dataset import is_dataset, load_dataset
 
 
 def save_demonstrations(path: str | Path, demonstrations: Sequence[Demonstration]) -> None:
@@ -32,11 +33,13 @@ def save_demonstrations(path: str | Path, demonstrations: Sequence[Demonstration
 
 
 def load_demonstrations(path: str | Path, grid: Grid) -> tuple[Demonstration, ...]:
-    """Read the list; the grid is not in the file and must be the one it was made with.
+    """Read the list, or a dataset; the grid is not in a list and must be the one it was made with.
 
     Raises:
-        InputError: the file is missing, no JSON list, or an entry does not fit the grid or the format.
+        InputError: the file is missing, no JSON list, or an entry does not fit the grid or the format; or as load_dataset.
     """
+    if is_dataset(path):
+        return _of_dataset(path, grid)
     try:
         records = json.loads(Path(path).read_text(encoding='utf-8'))
     except FileNotFoundError:
@@ -48,6 +51,13 @@ def load_demonstrations(path: str | Path, grid: Grid) -> tuple[Demonstration, ..
     if not isinstance(records, list):
         raise InputError(f'demonstrations file {path}: it is not a list; make one with discretise')
     return tuple(_checked(path, index, record, grid) for index, record in enumerate(records))
+
+
+def _of_dataset(path: str | Path, grid: Grid) -> tuple[Demonstration, ...]:
+    dataset = load_dataset(path)
+    if dataset.grid != grid:
+        raise InputError(f'dataset {path} was made on another grid; name the grid file that discretise was given')
+    return dataset.demonstrations
 
 
 def to_record(demonstration: Demonstration) -> dict[str, Any]:

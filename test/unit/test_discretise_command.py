@@ -5,10 +5,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from advise_ros.commands.discretise import _why_no_flight, run
+from advise_ros.commands.discretise import run
 from advise_ros.core.samples import CommandSamples, PoseSamples, Recording
 from advise_ros.recording.demofile import load_demonstrations
 from advise_ros.recording.gridfile import load_grid
+from advise_ros.recording.harvest import why_no_flight
 
 ROOT = Path(__file__).parents[2]
 LOG, BAG = (str(ROOT / 'bags' / name) for name in ('arducopter_flight1.tlog', 'arducopter_five_flights'))
@@ -65,7 +66,7 @@ def test_topics_that_are_asked_for_must_be_there(option: str, name: str, capsys:
 def test_why_there_is_no_flight_is_told_truly(stamp_ns: int, x_m: float, expected: str) -> None:
     poses = PoseSamples(np.full(3, stamp_ns), np.array([[x_m, 0.0, 5.0]] * 3))
     commands = CommandSamples(np.zeros(0, dtype=np.int64), np.zeros((0, 3)))
-    assert expected in _why_no_flight(load_grid(GRID), Recording(poses, commands))
+    assert expected in why_no_flight(load_grid(GRID), Recording(poses, commands))
 
 
 def test_nothing_is_written_when_nothing_was_found(tmp_path: Path) -> None:

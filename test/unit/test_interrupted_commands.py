@@ -22,7 +22,7 @@ def interrupted(*_: object, **__: object) -> NoReturn:
 @pytest.mark.parametrize(
     ('run', 'work', 'words'),
     [
-        (discretise.run, (discretise, 'read_recording'), ['flight.tlog', '--grid', GRID, '--out', '{tmp}/demos.json']),
+        (discretise.run, (discretise, 'harvest'), ['flight.tlog', '--grid', GRID, '--out', '{tmp}/demos.json']),
         (replay.run, (replay, 'read_session'), ['bag', '--json', '{tmp}/verdict.json']),
         (answer.run, (answer, '_answer'), ['--undo']),
     ],

@@ -1,0 +1,116 @@
+"""Demonstrations out of many recordings at once: on all cores of this machine, or on a cluster."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from advise_ros.core.demonstration import Demonstration
+from advise_ros.core.discretise import DiscretiseSettings
+from advise_ros.core.errors import InputError, LogError
+from advise_ros.core.flights import demonstrations_of
+from advise_ros.core.grid import Grid
+from advise_ros.core.samples import Recording
+from advise_ros.recording.bags import DEFAULT_TOPICS, BagTopics
+from advise_ros.recording.sources import ProgressCallback, read_recording
+
+REASONS_SHOWN = 2
+CLUSTER_TIMEOUT_S = 15.0
+
+
+@dataclass(frozen=True)
+class Task:
+    """What is to be done with each recording.
+
+    Attributes:
+        undivided: take it as one flight.
+    """
+
+    grid: Grid
+    settings: DiscretiseSettings = DiscretiseSettings()
+    topics: BagTopics = DEFAULT_TOPICS
+    undivided: bool = False
+
+
+class Harvest(NamedTuple):
+    """What one recording gave: demonstrations and remarks, or in one sentence why it gave none."""
+
+    path: str
+    demonstrations: tuple[Demonstration, ...]
+    remarks: tuple[str, ...]
+    failure: str = ''
+
+
+def harvest(path: str, task: Task, progress: ProgressCallback | None = None) -> Harvest:
+    """The demonstrations of one recording; nothing that is wrong with it is raised."""
+    try:
+        recording = read_recording(path, task.topics, progress)
+        found = demonstrations_of(task.grid, recording, task.settings, undivided=task.undivided)
+    except LogError as problem:
+        return Harvest(path, (), (), str(problem))
+    except (MemoryError, OSError, ValueError, LookupError, TypeError) as problem:  # One recording must not end the others.
+        return Harvest(path, (), (), f'{path} cannot be read ({type(problem).__name__}: {problem}); please report it')
+    remarks = tuple(f'{path}: {note}' for note in (*recording.notes, *found.notes))
+    if found.demonstrations:
+        return Harvest(path, found.demonstrations, remarks)
+    reason = '; '.join(found.notes[:REASONS_SHOWN]) or why_no_flight(task.grid, recording)
+    told = ''.join(f' ({note})' for note in recording.notes[:REASONS_SHOWN])
+    return Harvest(path, (), (), f'{recording.source} gives no demonstration on this grid: {reason}{told}')
+
+
+def why_no_flight(grid: Grid, recording: Recording) -> str:
+    """Of a recording in which no flight was found."""
+    stamps_ns, positions_enu_m = recording.poses
+    numbers = np.isfinite(positions_enu_m).all(axis=1)
+    if not numbers.any():
+        return 'none of its positions is a number'
+    if not (numbers & (stamps_ns != 0)).any():
+        return 'none of its positions has a stamp; record them with header.stamp set'
+    highest_m = positions_enu_m[numbers & (stamps_ns != 0), 2].max()
+    return f'no flight reaches {grid.altitude_m:g} m, the highest position is {highest_m:.1f} m'
+
+
+def harvest_all(paths: Sequence[str], task: Task, *, jobs: int, dask: str, done: Callable[[], None]) -> list[Harvest]:
+    """All recordings, in the order of their paths; `done` is called as each of them is.
+
+    Args:
+        jobs: processes at a time, 0: one a core.
+        dask: address of a Dask scheduler ('tcp://host:8786') whose workers see the same paths; '': this machine.
+
+    Raises:
+        InputError: there is no scheduler at that address.
+    """
+    found: list[Harvest] = []
+    for one in _on_cluster(paths, task, dask) if dask else _on_cores(paths, task, jobs):
+        found.append(one)
+        done()
+    return found
+
+
+def _on_cores(paths: Sequence[str], task: Task, jobs: int) -> Iterator[Harvest]:
+    from joblib import Parallel, cpu_count, delayed  # type: ignore[import-untyped]  # noqa: PLC0415  slow to load
+
+    workers = min(jobs or cpu_count(), len(paths))
+    if workers <= 1:
+        yield from (harvest(path, task) for path in paths)
+        return
+    yield from Parallel(n_jobs=workers, return_as='generator')(delayed(harvest)(path, task) for path in paths)
+
+
+def _on_cluster(paths: Sequence[str], task: Task, address: str) -> Iterator[Harvest]:
+    from distributed import Client  # noqa: PLC0415  slow to load
+
+    try:
+        client: Any = Client(address, timeout=CLUSTER_TIMEOUT_S)  # type: ignore[no-untyped-call]
+    except (OSError, ValueError, TimeoutError) as problem:
+        raise InputError(f'no Dask scheduler answers at {address!r} ({problem}); start one, or leave --dask out') from None
+    with client:
+        futures = client.map(harvest, list(paths), task=task, pure=False)
+        for path, future in zip(paths, futures, strict=True):
+            try:
+                yield future.result()
+            except Exception as problem:  # noqa: BLE001  a worker may lack the package, or die
+                yield Harvest(path, (), (), f'{path}: a worker of {address} failed ({type(problem).__name__}: {problem})')
