@@ -70,14 +70,14 @@ class BagWriter:
         return self._files[-1].span.duration_ns
 
     def add_topic(self, topic: str, definition: Definition, qos: Sequence[Qos] = ()) -> int:
-        """Name a topic; returns its number for `write`. Call it once for each."""
+        """Name a topic; returns its number for `write`, from 1 on. Call it once for each."""
         self._topics.append(_Topic(topic, definition, list(qos)))
         self._open_channel(self._topics[-1])
-        return len(self._topics) - 1
+        return len(self._topics)
 
     def write(self, topic: int, log_time_ns: int, publish_time_ns: int, data: bytes) -> None:
         """Append one CDR message; the bag keeps the order of the calls."""
-        entry = self._topics[topic]
+        entry = self._topics[topic - 1]
         channel_id = entry.channel_id or self._open_channel(entry)
         self._files[-1].write(channel_id, log_time_ns, publish_time_ns, data, entry.count)
         entry.count += 1
