@@ -233,6 +233,7 @@ class MavlinkBridgeConfig(GuardConfig):
 class SimulatorConfig:
     """/simulator: a quadcopter by RotorPy behind MAVLink 2."""
 
+    autopilot: str = param('ardupilot', 'whose manners it has: ArduCopter in GUIDED or PX4 in OFFBOARD', choices=('ardupilot', 'px4'))
     endpoint: str = param('udpout:127.0.0.1:14550', 'udpout:host:port, udpin:host:port or tcpin:host:port')
     speedup: float = param(1.0, 'simulated seconds a second; 0: as fast as it goes', low=0.0, high=1000.0)
     publish_clock: bool = param(True, 'publish /clock')

@@ -13,9 +13,13 @@ from rosgraph_msgs.msg import Clock as ClockMessage
 from advise_ros.config import SimulatorConfig
 from advise_ros.ros import convert, parameters, qos, run
 from advise_ros.ros.diagnostics import OK, WARN, Diagnostics
-from advise_ros.sim.autopilot import COMPONENT_ID, Autopilot
+from advise_ros.sim.arducopter import ArduCopter
+from advise_ros.sim.autopilot import COMPONENT_ID
 from advise_ros.sim.link import Link
 from advise_ros.sim.pacing import Pacer, Patience
+from advise_ros.sim.px4 import Px4
+
+DIALECTS = {'ardupilot': ArduCopter, 'px4': Px4}
 
 FASTEST_TIMER_S, SLOWEST_TIMER_S = 0.001, 0.01
 # A callback hands control back after this long, so that signals and diagnostics are served.
@@ -23,21 +27,22 @@ LONGEST_TURN_NS = 10_000_000
 
 
 class SimulatorNode(Node):
-    """A simulated quadcopter that speaks MAVLink 2 like ArduCopter in GUIDED; RotorPy is its physics.
+    """A simulated quadcopter that speaks MAVLink 2 like ArduCopter in GUIDED, or PX4 in OFFBOARD; RotorPy is its physics.
 
     It sends heartbeats to `endpoint` and waits for a companion (mavlink_bridge) or a ground station: message
-    intervals, GUIDED, arm, take-off, velocity setpoints, land. Simulated time runs `speedup` times as fast as
-    steady time; the flight is the same at every speed. Publishes /clock (rosgraph_msgs/Clock), equal to the
+    intervals, mode, arm, take-off, velocity setpoints, land; what the real ones refuse, it refuses. Simulated
+    time runs `speedup` times as fast as steady time; the flight is the same at every speed. Publishes /clock (rosgraph_msgs/Clock), equal to the
     time_boot_ms of its messages, and says on /diagnostics which speed it reaches. At any speed but 1 every
     other node needs -p use_sim_time:=true.
 
     Example: ros2 run advise_ros simulator --ros-args -p endpoint:=udpout:127.0.0.1:14550 -p speedup:=10.0
+             ros2 run advise_ros simulator --ros-args -p autopilot:=px4
     """
 
     def __init__(self) -> None:
         super().__init__('simulator')
         self.config = parameters.load(self, SimulatorConfig)
-        self._autopilot = Autopilot(self.config, np.random.default_rng(self.config.seed))
+        self._autopilot = DIALECTS[self.config.autopilot](self.config, np.random.default_rng(self.config.seed))
         self._link = Link(self.config.endpoint, self.config.system_id, COMPONENT_ID)
         self._pacer = Pacer(self.config.speedup, round(self.config.step_s * 1e9))
         self._patience = Patience(self.config.setpoint_lead_s)

@@ -1,19 +1,17 @@
-"""The vehicle's MAVLink face: decoded messages in, messages out. No socket, no clock but the simulated one."""
+"""A vehicle's MAVLink face, what all autopilots share: messages in, messages out. No socket, no clock but the simulated one."""
 
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
-import numpy as np
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from advise_ros.config import SimulatorConfig
-from advise_ros.sim import setpoints, telemetry
-from advise_ros.sim.failsafe import GROUND_STATION_SYSTEM_ID, GroundStationFailsafe
-from advise_ros.sim.modes import Mode
+from advise_ros.sim import telemetry
 from advise_ros.sim.parameters import Parameters
+from advise_ros.sim.setpoints import Setpoint
 from advise_ros.sim.telemetry import Streams
 from advise_ros.sim.vehicle import Outcome, Vehicle
 
@@ -22,8 +20,9 @@ COMPONENT_ID = 1
 FORCE = 21196  # the magic number that arms or disarms without checks
 MAX_TEXT = 50
 
-ACCEPTED, DENIED, UNSUPPORTED, FAILED = (
-    mavlink.MAV_RESULT_ACCEPTED, mavlink.MAV_RESULT_DENIED, mavlink.MAV_RESULT_UNSUPPORTED, mavlink.MAV_RESULT_FAILED,
+ACCEPTED, REJECTED, DENIED, UNSUPPORTED, FAILED = (
+    mavlink.MAV_RESULT_ACCEPTED, mavlink.MAV_RESULT_TEMPORARILY_REJECTED, mavlink.MAV_RESULT_DENIED,
+    mavlink.MAV_RESULT_UNSUPPORTED, mavlink.MAV_RESULT_FAILED,
 )
 
 
@@ -34,19 +33,28 @@ class Command(NamedTuple):
     params: tuple[float, ...]
 
 
-class Autopilot:
-    """ArduCopter as a companion sees it. Feed it with `receive`, move it with `step`; both give messages to send."""
+class Autopilot(ABC):
+    """An autopilot as a companion sees it. Feed it with `receive`, move it with `step`; both give messages to send.
 
-    def __init__(self, config: SimulatorConfig, rng: np.random.Generator) -> None:
-        self.vehicle = Vehicle(config, rng)
-        self.system_id = config.system_id
+    Args:
+        vehicle: what flies.
+        parameters: what PARAM_* messages are about.
+        system_id: its MAVLink system.
+    """
+
+    # The result of a request that the vehicle does not take now.
+    refusal = FAILED
+    builders = telemetry.BUILDERS
+
+    def __init__(self, vehicle: Vehicle, parameters: Parameters, system_id: int) -> None:
+        self.vehicle = vehicle
+        self.system_id = system_id
+        self._parameters = parameters
         self._streams = Streams()
-        self._parameters = Parameters(config)
-        self._failsafe = GroundStationFailsafe()
+        self._text_id = 0
         self._handlers: dict[str, Callable[[Message], list[Message]]] = {
             'COMMAND_LONG': self._on_command_long,
             'COMMAND_INT': self._on_command_int,
-            'SET_MODE': self._on_set_mode,
             'SET_POSITION_TARGET_LOCAL_NED': self._on_setpoint,
             'HEARTBEAT': self._on_heartbeat,
             'PARAM_REQUEST_LIST': lambda _: self._parameters.everything(),
@@ -57,18 +65,40 @@ class Autopilot:
         self._commands: dict[int, Callable[[Command], tuple[int, list[Message]]]] = {
             mavlink.MAV_CMD_COMPONENT_ARM_DISARM: self._arm_disarm,
             mavlink.MAV_CMD_DO_SET_MODE: self._do_set_mode,
-            mavlink.MAV_CMD_NAV_TAKEOFF: lambda command: self._told(self.vehicle.take_off(command.params[6])),
-            mavlink.MAV_CMD_NAV_LAND: lambda _: self._mode(Mode.LAND),
-            mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH: lambda _: self._mode(Mode.RTL),
+            mavlink.MAV_CMD_NAV_TAKEOFF: self._take_off,
             mavlink.MAV_CMD_SET_MESSAGE_INTERVAL: self._set_interval,
             mavlink.MAV_CMD_REQUEST_MESSAGE: self._request_message,
         }
 
+    # -- what differs ------------------------------------------------------------------------
+    @abstractmethod
+    def _do_set_mode(self, command: Command) -> tuple[int, list[Message]]: ...
+
+    @abstractmethod
+    def _take_off(self, command: Command) -> tuple[int, list[Message]]: ...
+
+    @abstractmethod
+    def _setpoint(self, message: Message) -> Setpoint | None:
+        """What a setpoint asks for; None if it counts for nothing."""
+
+    @abstractmethod
+    def _parameters_changed(self) -> None:
+        """Take over what PARAM_SET set."""
+
+    @abstractmethod
+    def _watch(self) -> None:
+        """Failsafes, once a tick."""
+
+    @abstractmethod
+    def _on_heartbeat(self, message: Message) -> list[Message]:
+        """Somebody lives."""
+
+    # -- in and out --------------------------------------------------------------------------
     def step(self) -> list[Message]:
         """One tick; returns what is due to be sent."""
         self.vehicle.step()
-        self._watch_ground_station()
-        texts = [_text(text) for text in self.vehicle.take_texts()]
+        self._watch()
+        texts = [part for text in self.vehicle.take_texts() for part in self._text(text)]
         return texts + self._built(self._streams.due(self.vehicle.now_ns))
 
     def receive(self, message: Message) -> list[Message]:
@@ -84,23 +114,24 @@ class Autopilot:
         return system in (0, self.system_id) and component in (0, COMPONENT_ID)
 
     def _built(self, message_ids: list[int]) -> list[Message]:
-        built = (telemetry.BUILDERS[message_id](self.vehicle) for message_id in message_ids)
+        built = (self.builders[message_id](self.vehicle) for message_id in message_ids)
         return [message for message in built if message is not None]
 
-    def _watch_ground_station(self) -> None:
-        mode = self._failsafe.wanted(self._parameters['FS_GCS_ENABLE'], self._parameters['FS_GCS_TIMEOUT'], self.vehicle.now_s)
-        if mode is not None and self.vehicle.armed:
-            self.vehicle.say(f'Ground station lost: {mode.name}')
-            self._mode(mode)
+    def _text(self, text: str, severity: int = mavlink.MAV_SEVERITY_INFO) -> list[Message]:
+        """STATUSTEXT, in chunks if it is long."""
+        chunks = [text.encode()[at:at + MAX_TEXT] for at in range(0, len(text.encode()), MAX_TEXT)]
+        self._text_id += len(chunks) > 1
+        number = self._text_id if len(chunks) > 1 else 0
+        return [mavlink.MAVLink_statustext_message(severity, part, number, at) for at, part in enumerate(chunks)]
 
-    def _on_heartbeat(self, message: Message) -> list[Message]:
-        if message.get_srcSystem() == GROUND_STATION_SYSTEM_ID:
-            self._failsafe.hear(self.vehicle.now_s)
-        return []
+    def _told(self, outcome: Outcome) -> tuple[int, list[Message]]:
+        severity = mavlink.MAV_SEVERITY_INFO if outcome.accepted else mavlink.MAV_SEVERITY_WARNING
+        return (ACCEPTED if outcome.accepted else self.refusal), self._text(outcome.text, severity)
 
+    # -- messages ----------------------------------------------------------------------------
     def _on_param_set(self, message: Message) -> list[Message]:
         replies = self._parameters.set(message.param_id, message.param_value)
-        self.vehicle.flight.timeout_s = self._parameters['GUID_TIMEOUT']
+        self._parameters_changed()
         return replies
 
     def _on_timesync(self, message: Message) -> list[Message]:
@@ -108,9 +139,9 @@ class Autopilot:
         return [mavlink.MAVLink_timesync_message(self.vehicle.now_ns, message.ts1)] if asked else []
 
     def _on_setpoint(self, message: Message) -> list[Message]:
-        state = self.vehicle.state
-        east, north, up = (float(part) for part in state.position_enu_m)
-        self.vehicle.follow(setpoints.decode(message, (east, north, up), state.roll_pitch_yaw_rad[2]))
+        setpoint = self._setpoint(message)
+        if setpoint is not None:
+            self.vehicle.follow(setpoint)
         return []
 
     def _on_command_long(self, message: Message) -> list[Message]:
@@ -122,21 +153,12 @@ class Autopilot:
         params = (*first, float(message.x), float(message.y), float(message.z))
         return self._run(Command(message.command, params), message)
 
-    def _on_set_mode(self, message: Message) -> list[Message]:
-        command = Command(mavlink.MAVLINK_MSG_ID_SET_MODE, (float(message.base_mode), float(message.custom_mode)))
-        result, replies = self._do_set_mode(command)
-        return [*replies, _ack(command.number, result, message)]
-
     def _run(self, command: Command, message: Message) -> list[Message]:
         handler = self._commands.get(command.number)
         result, replies = (UNSUPPORTED, []) if handler is None else handler(command)
-        return [*replies, _ack(command.number, result, message)]
+        return [*replies, ack(command.number, result, message)]
 
-    def _told(self, outcome: Outcome) -> tuple[int, list[Message]]:
-        severity = mavlink.MAV_SEVERITY_INFO if outcome.accepted else mavlink.MAV_SEVERITY_WARNING
-        texts = [_text(outcome.text, severity)] if outcome.text else []
-        return (ACCEPTED if outcome.accepted else FAILED), texts
-
+    # -- commands ----------------------------------------------------------------------------
     def _arm_disarm(self, command: Command) -> tuple[int, list[Message]]:
         force = command.params[1] == FORCE
         if command.params[0] == 1.0:
@@ -144,12 +166,6 @@ class Autopilot:
         if command.params[0] == 0.0:
             return self._told(self.vehicle.disarm(force=force))
         return DENIED, []
-
-    def _do_set_mode(self, command: Command) -> tuple[int, list[Message]]:
-        flags, number = _integer(command.params[0]), _integer(command.params[1])
-        if flags is None or number is None or not flags & mavlink.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED:
-            return DENIED, []
-        return self._mode(number)
 
     def _mode(self, number: int) -> tuple[int, list[Message]]:
         before = self.vehicle.mode
@@ -160,9 +176,9 @@ class Autopilot:
         return result, replies
 
     def _set_interval(self, command: Command) -> tuple[int, list[Message]]:
-        message_id, interval_us = _integer(command.params[0]), command.params[1]
-        if message_id not in telemetry.BUILDERS:
-            return self._told(Outcome(False, f'No message with id {command.params[0]:g} to send'))
+        message_id, interval_us = integer(command.params[0]), command.params[1]
+        if message_id not in self.builders:
+            return FAILED, self._text(f'No message with id {command.params[0]:g} to send')
         if not math.isfinite(interval_us) or interval_us < -1.0:
             return DENIED, []
         if interval_us > 0.0:
@@ -172,21 +188,17 @@ class Autopilot:
         return ACCEPTED, []
 
     def _request_message(self, command: Command) -> tuple[int, list[Message]]:
-        message_id = _integer(command.params[0])
-        if message_id not in telemetry.BUILDERS:
-            return self._told(Outcome(False, f'No message with id {command.params[0]:g} to send'))
+        message_id = integer(command.params[0])
+        if message_id not in self.builders:
+            return FAILED, self._text(f'No message with id {command.params[0]:g} to send')
         return ACCEPTED, self._built([message_id])
 
 
-def _integer(value: float) -> int | None:
+def integer(value: float) -> int | None:
+    """A parameter that holds a number of something, or None."""
     return int(value) if math.isfinite(value) else None
 
 
-def _ack(number: int, result: int, message: Message) -> Message:
-    return mavlink.MAVLink_command_ack_message(
-        number, result, 0, 0, message.get_srcSystem(), message.get_srcComponent(),
-    )
-
-
-def _text(text: str, severity: int = mavlink.MAV_SEVERITY_INFO) -> Message:
-    return mavlink.MAVLink_statustext_message(severity, text.encode()[:MAX_TEXT])
+def ack(number: int, result: int, message: Message) -> Message:
+    """COMMAND_ACK to whoever sent the message."""
+    return mavlink.MAVLink_command_ack_message(number, result, 0, 0, message.get_srcSystem(), message.get_srcComponent())

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from enum import IntEnum
 
 from advise_ros.sim.control import Target
 from advise_ros.sim.modes import Mode
@@ -28,7 +29,7 @@ class Flight:
     """The flying half of the autopilot; the other half decides whether it may fly at all."""
 
     timeout_s: float = 3.0
-    mode: Mode = Mode.STABILIZE
+    mode: IntEnum = Mode.STABILIZE
     home_m: tuple[float, float] = HOME
     takeoff_to_m: float | None = field(default=None, init=False)
     _lift_at_s: float = field(default=0.0, init=False)
@@ -36,7 +37,7 @@ class Flight:
     _climbed: bool = field(default=False, init=False)
     _arrived_at_s: float | None = field(default=None, init=False)
 
-    def enter(self, mode: Mode) -> None:
+    def enter(self, mode: IntEnum) -> None:
         """Change the mode; what the old one was doing is forgotten."""
         self.mode = mode
         self.forget()
@@ -67,7 +68,7 @@ class Flight:
         if self.mode is Mode.GUIDED:
             return self._guided(state, now_s)
         if self.mode is Mode.LAND:
-            return _descend(state)
+            return descend(state)
         if self.mode is Mode.RTL:
             return self._return(state, now_s)
         return HOLD  # LOITER, BRAKE, and STABILIZE with its sticks centred
@@ -79,7 +80,7 @@ class Flight:
             return HOLD
         setpoint, received_s = self._setpoint
         if setpoint.position_enu_m is not None:
-            return _seek(setpoint)
+            return seek(setpoint)
         stale = now_s - received_s > self.timeout_s
         if stale or setpoint.velocity_enu_m_s is None:
             return HOLD
@@ -107,11 +108,12 @@ class Flight:
         if near and self._arrived_at_s is None:
             self._arrived_at_s = now_s
         if self._arrived_at_s is not None and now_s - self._arrived_at_s > RTL_LOITER_S:
-            return _descend(state, self.home_m)
+            return descend(state, self.home_m)
         return Target(east_north_m=self.home_m)
 
 
-def _seek(setpoint: Setpoint) -> Target:
+def seek(setpoint: Setpoint) -> Target:
+    """Towards a setpoint's position."""
     assert setpoint.position_enu_m is not None
     east, north, up = setpoint.position_enu_m
     return Target(
@@ -119,6 +121,7 @@ def _seek(setpoint: Setpoint) -> Target:
     )
 
 
-def _descend(state: State, over_m: tuple[float, float] | None = None) -> Target:
+def descend(state: State, over_m: tuple[float, float] | None = None) -> Target:
+    """Straight down, or over a place."""
     speed = LAND_M_S if state.altitude_m < LAND_SLOWLY_BELOW_M else LAND_FAST_M_S
     return Target((0.0, 0.0, -speed), east_north_m=over_m)

@@ -59,6 +59,31 @@ def decode(message: Any, position_enu_m: Vector, yaw_enu_rad: float) -> Setpoint
     return Setpoint(position_enu, velocity_enu, _yaw(mask, yaw, velocity_enu), frames.yaw_rate_enu_from_ned(yaw_rate))
 
 
+PX4_FRAMES = frozenset({LOCAL_NED, BODY_NED})
+
+
+def decode_px4(message: Any, yaw_enu_rad: float) -> tuple[Setpoint | None, str]:
+    """The setpoint as PX4 takes it, None if it counts for nothing, and what PX4 says to it.
+
+    All NaN is rejected in words, one NaN brakes, infinity changes nothing. With neither yaw nor yaw rate the
+    nose holds its heading.
+    """
+    mask, frame = message.type_mask, message.coordinate_frame
+    if frame not in PX4_FRAMES or mask & VELOCITY_BITS:
+        return None, ''
+    velocity = (message.vx, message.vy, message.vz)
+    if all(map(math.isnan, velocity)):
+        return None, 'Offboard setpoint rejected: all values are NaN'
+    if any(map(math.isinf, velocity)):
+        return None, ''
+    if any(map(math.isnan, velocity)):
+        velocity = (0.0, 0.0, 0.0)
+    heading = yaw_enu_rad if frame == BODY_NED else None
+    yaw = None if mask & YAW_BIT else frames.yaw_enu_from_ned(message.yaw)
+    rate = 0.0 if mask & YAW_RATE_BIT or yaw is not None else frames.yaw_rate_enu_from_ned(message.yaw_rate)
+    return Setpoint(None, _to_enu(velocity, heading), yaw, rate), ''
+
+
 def _to_enu(vector: Vector, body_yaw_enu_rad: float | None) -> Vector:
     """North-east-down, or forward-right-down when a yaw is given, to ENU."""
     if body_yaw_enu_rad is None:

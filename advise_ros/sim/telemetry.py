@@ -46,7 +46,7 @@ def heartbeat(vehicle: Vehicle) -> Message:
     flags = mavlink.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED | (mavlink.MAV_MODE_FLAG_SAFETY_ARMED if vehicle.armed else 0)
     status = mavlink.MAV_STATE_ACTIVE if vehicle.armed else mavlink.MAV_STATE_STANDBY
     return mavlink.MAVLink_heartbeat_message(
-        mavlink.MAV_TYPE_QUADROTOR, mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA, flags, int(vehicle.mode), status, 3,
+        mavlink.MAV_TYPE_QUADROTOR, vehicle.autopilot_id, flags, int(vehicle.mode), status, 3,
     )
 
 
@@ -152,6 +152,7 @@ BUILDERS: dict[int, Callable[[Vehicle], Message | None]] = {
     mavlink.MAVLINK_MSG_ID_EKF_STATUS_REPORT: ekf_status_report,
     mavlink.MAVLINK_MSG_ID_EXTENDED_SYS_STATE: extended_sys_state,
 }
+PX4_BUILDERS = {number: build for number, build in BUILDERS.items() if number != mavlink.MAVLINK_MSG_ID_EKF_STATUS_REPORT}
 
 
 class Streams:

@@ -1,13 +1,15 @@
-"""The vehicle as ArduCopter runs it: readiness, arming, modes, take-off, landing, disarming.
+"""The vehicle as ArduCopter runs it: readiness, arming, modes, take-off, landing, disarming. PX4's builds on it.
 
 A state machine in simulated time without messages: methods return an Outcome, `step` moves one tick.
 """
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from enum import IntEnum
+from typing import ClassVar, NamedTuple
 
 import numpy as np
+from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from advise_ros.config import SimulatorConfig
 from advise_ros.sim.battery import Battery
@@ -41,6 +43,8 @@ DONE = Outcome(accepted=True)
 class Vehicle:
     """One simulated vehicle. `rng` gives two numbers a tick, flying or not."""
 
+    autopilot_id: ClassVar[int] = int(mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA)
+
     def __init__(self, config: SimulatorConfig, rng: np.random.Generator) -> None:
         self._config = config
         self._rng = rng
@@ -52,7 +56,7 @@ class Vehicle:
         )
         self.now_ns = 0
         self.state: State = self._quadcopter.parked(config.start_east_m, config.start_north_m)
-        self.flight = Flight(timeout_s=config.guided_timeout_s, home_m=(config.start_east_m, config.start_north_m))
+        self.flight = self._new_flight((config.start_east_m, config.start_north_m))
         self.battery = Battery(config.battery_s)
         self.armed = False
         self.airborne = False
@@ -60,13 +64,17 @@ class Vehicle:
         self._contact_since_s: float | None = None
         self._texts: list[str] = []
 
+    def _new_flight(self, home_m: tuple[float, float]) -> Flight:
+        return Flight(timeout_s=self._config.guided_timeout_s, home_m=home_m)
+
     @property
     def now_s(self) -> float:
         """Simulated time since boot."""
         return self.now_ns / NS
 
     @property
-    def mode(self) -> Mode:
+    def mode(self) -> IntEnum:
+        """Its number is the heartbeat's custom_mode."""
         return self.flight.mode
 
     @property
@@ -100,14 +108,17 @@ class Vehicle:
         if self.battery.remaining <= 0.0:
             return Outcome(False, 'Arm: the battery is empty')
         if not self.ready and not force:
-            return Outcome(False, f'Arm: {self._missing()}')
+            return Outcome(False, f'Arm: {self.missing()}')
         if self.mode not in ARMABLE:
             return Outcome(False, f'Arm: mode {self.mode.name} cannot be armed in')
         self.armed, self._idle_since_s = True, self.now_s
         self.flight.forget()
         return Outcome(True, 'Arming motors')
 
-    def _missing(self) -> str:
+    def missing(self) -> str:
+        """What it still waits for before it may be armed, '' if nothing."""
+        if self.ready:
+            return ''
         if not self.has_position:
             return 'still waiting for a satellite fix'
         return 'pre-arm checks still running' if self.filter_settled else 'state estimate not settled yet'
@@ -191,8 +202,11 @@ class Vehicle:
         if self.now_s - self._contact_since_s >= LANDED_AFTER_S:
             self.airborne, self._contact_since_s, self._idle_since_s = False, None, self.now_s
             self.flight.forget()
-            if self.mode in DESCENDING:
-                self._disarm()
+            self._landed()
+
+    def _landed(self) -> None:
+        if self.mode in DESCENDING:
+            self._disarm()
 
     def _idle(self) -> None:
         if self.flight.takeoff_to_m is not None:
@@ -201,6 +215,6 @@ class Vehicle:
             self._disarm()
 
     def _watch_battery(self) -> None:
-        if self.battery.remaining <= 0.0 and self.armed and self.mode is not Mode.LAND:
+        if self.battery.remaining <= 0.0 and self.armed and self.mode.name != 'LAND':
             self.say('Battery empty: landing')
-            self.set_mode(Mode.LAND)
+            self.flight.enter(type(self.mode)['LAND'])

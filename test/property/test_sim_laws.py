@@ -14,7 +14,7 @@ from advise_ros.config import SimulatorConfig
 from advise_ros.mavlink import frames
 from advise_ros.mavlink.framing import Framer
 from advise_ros.sim import setpoints
-from advise_ros.sim.autopilot import Autopilot
+from advise_ros.sim.arducopter import ArduCopter
 from advise_ros.sim.pacing import Pacer
 from advise_ros.sim.setpoints import Setpoint
 
@@ -26,7 +26,7 @@ SCRIPT = ((9.5, (1.2, 0.0, 0.0)), (11.0, (0.0, -1.0, 0.3)), (12.0, (0.0, 0.0, 0.
 
 def airborne(seed: int = 5) -> Autopilot:
     config = SimulatorConfig(ready_after_s=0.0, gust_m_s=1.0, wind_east_m_s=2.0)
-    autopilot = Autopilot(config, np.random.default_rng(seed))
+    autopilot = ArduCopter(config, np.random.default_rng(seed))
     autopilot.vehicle.set_mode(4)
     autopilot.vehicle.arm()
     autopilot.vehicle.take_off(5.0)
@@ -81,7 +81,7 @@ def test_a_pacer_that_is_kept_up_with_never_loses_or_invents_time(start, gaps_ns
 @settings(max_examples=100, deadline=None)
 @given(mask=st.integers(0, 0xFFFF), frame=st.integers(0, 255), values=st.lists(ANY_FLOAT, min_size=11, max_size=11))
 def test_no_setpoint_makes_a_state_that_is_not_finite(mask, frame, values):
-    autopilot = Autopilot(SimulatorConfig(ready_after_s=0.0), np.random.default_rng(0))
+    autopilot = ArduCopter(SimulatorConfig(ready_after_s=0.0), np.random.default_rng(0))
     autopilot.vehicle.set_mode(4)
     autopilot.vehicle.arm()
     autopilot.vehicle.airborne = True
@@ -98,7 +98,7 @@ def test_no_setpoint_makes_a_state_that_is_not_finite(mask, frame, values):
 @settings(max_examples=200, deadline=None)
 @given(number=st.integers(0, 0xFFFF), params=st.lists(ANY_FLOAT, min_size=7, max_size=7))
 def test_every_command_gets_one_ack_whatever_its_parameters(number, params):
-    autopilot = Autopilot(SimulatorConfig(ready_after_s=0.0), np.random.default_rng(0))
+    autopilot = ArduCopter(SimulatorConfig(ready_after_s=0.0), np.random.default_rng(0))
     replies = autopilot.receive(_from(mavlink.MAVLink_command_long_message(1, 1, number, 0, *params)))
     assert [reply.command for reply in replies if reply.get_type() == 'COMMAND_ACK'] == [number]
     autopilot.step()
@@ -107,7 +107,7 @@ def test_every_command_gets_one_ack_whatever_its_parameters(number, params):
 @settings(max_examples=100, deadline=None)
 @given(garbage=st.binary(max_size=400), flips=st.lists(st.tuples(st.integers(0, 60), st.integers(0, 255)), max_size=3))
 def test_garbage_and_bent_frames_never_stop_it(garbage, flips):
-    autopilot = Autopilot(SimulatorConfig(ready_after_s=0.0), np.random.default_rng(0))
+    autopilot = ArduCopter(SimulatorConfig(ready_after_s=0.0), np.random.default_rng(0))
     bent = bytearray(mavlink.MAVLink_command_long_message(1, 1, 400, 0, *[1.0] * 7).pack(mavlink.MAVLink(None, 9, 9)))
     for at, value in flips:
         bent[at % len(bent)] = value

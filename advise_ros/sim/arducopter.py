@@ -1,0 +1,63 @@
+"""ArduCopter's way to take commands, in GUIDED."""
+
+from __future__ import annotations
+
+import numpy as np
+from pymavlink.dialects.v20 import ardupilotmega as mavlink
+
+from advise_ros.config import SimulatorConfig
+from advise_ros.sim import parameters, setpoints
+from advise_ros.sim.autopilot import ACCEPTED, DENIED, Autopilot, Command, Message, ack, integer
+from advise_ros.sim.failsafe import GROUND_STATION_SYSTEM_ID, GroundStationFailsafe
+from advise_ros.sim.modes import Mode
+from advise_ros.sim.setpoints import Setpoint
+from advise_ros.sim.vehicle import Vehicle
+
+
+class ArduCopter(Autopilot):
+    """ArduCopter as a companion sees it."""
+
+    def __init__(self, config: SimulatorConfig, rng: np.random.Generator) -> None:
+        super().__init__(Vehicle(config, rng), parameters.of_arducopter(config), config.system_id)
+        self._failsafe = GroundStationFailsafe()
+        self._handlers['SET_MODE'] = self._on_set_mode
+        self._commands[mavlink.MAV_CMD_NAV_LAND] = lambda _: self._mode(Mode.LAND)
+        self._commands[mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH] = lambda _: self._mode(Mode.RTL)
+        self._commands[mavlink.MAV_CMD_RUN_PREARM_CHECKS] = self._prearm_checks
+
+    def _watch(self) -> None:
+        mode = self._failsafe.wanted(self._parameters['FS_GCS_ENABLE'], self._parameters['FS_GCS_TIMEOUT'], self.vehicle.now_s)
+        if mode is not None and self.vehicle.armed:
+            self.vehicle.say(f'Ground station lost: {mode.name}')
+            self._mode(mode)
+
+    def _on_heartbeat(self, message: Message) -> list[Message]:
+        if message.get_srcSystem() == GROUND_STATION_SYSTEM_ID:
+            self._failsafe.hear(self.vehicle.now_s)
+        return []
+
+    def _parameters_changed(self) -> None:
+        self.vehicle.flight.timeout_s = self._parameters['GUID_TIMEOUT']
+
+    def _setpoint(self, message: Message) -> Setpoint | None:
+        state = self.vehicle.state
+        east, north, up = (float(part) for part in state.position_enu_m)
+        return setpoints.decode(message, (east, north, up), state.roll_pitch_yaw_rad[2])
+
+    def _on_set_mode(self, message: Message) -> list[Message]:
+        command = Command(mavlink.MAVLINK_MSG_ID_SET_MODE, (float(message.base_mode), float(message.custom_mode)))
+        result, replies = self._do_set_mode(command)
+        return [*replies, ack(command.number, result, message)]
+
+    def _do_set_mode(self, command: Command) -> tuple[int, list[Message]]:
+        flags, number = integer(command.params[0]), integer(command.params[1])
+        if flags is None or number is None or not flags & mavlink.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED:
+            return DENIED, []
+        return self._mode(number)
+
+    def _take_off(self, command: Command) -> tuple[int, list[Message]]:
+        return self._told(self.vehicle.take_off(command.params[6]))
+
+    def _prearm_checks(self, command: Command) -> tuple[int, list[Message]]:
+        missing = self.vehicle.missing()
+        return ACCEPTED, self._text(f'PreArm: {missing}', mavlink.MAV_SEVERITY_CRITICAL) if missing else []

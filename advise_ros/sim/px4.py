@@ -1,0 +1,85 @@
+"""PX4's way to take commands, in OFFBOARD."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from pymavlink.dialects.v20 import ardupilotmega as mavlink
+
+from advise_ros.config import SimulatorConfig
+from advise_ros.sim import parameters, setpoints, telemetry
+from advise_ros.sim.autopilot import DENIED, FAILED, REJECTED, Autopilot, Command, Message, integer
+from advise_ros.sim.modes import Px4Mode
+from advise_ros.sim.px4_vehicle import Px4Vehicle
+from advise_ros.sim.setpoints import Setpoint
+
+
+class Px4(Autopilot):
+    """PX4 as a companion sees it: OFFBOARD lives by the stream, and texts are for ground stations only."""
+
+    refusal = REJECTED
+    builders = telemetry.PX4_BUILDERS
+
+    def __init__(self, config: SimulatorConfig, rng: np.random.Generator) -> None:
+        self._px4 = Px4Vehicle(config, rng)
+        super().__init__(self._px4, parameters.of_px4(config), config.system_id)
+        self._handlers['MANUAL_CONTROL'] = self._on_sticks
+        self._commands[mavlink.MAV_CMD_NAV_LAND] = lambda _: self._mode(Px4Mode.LAND)
+        self._commands[mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH] = lambda _: self._mode(Px4Mode.RTL)
+        self._parameters_changed()
+
+    def _text(self, text: str, severity: int = mavlink.MAV_SEVERITY_INFO) -> list[Message]:
+        """To others it sends events, which few programs can read."""
+        return super()._text(text, severity) if self._px4.ground_station_s is not None else []
+
+    def _watch(self) -> None:
+        before = self.vehicle.mode
+        self._px4.watch_losses()
+        if self.vehicle.mode is not before:
+            self._streams.hurry(mavlink.MAVLINK_MSG_ID_HEARTBEAT, self.vehicle.now_ns)
+
+    def _on_heartbeat(self, message: Message) -> list[Message]:
+        if message.type == mavlink.MAV_TYPE_GCS:
+            self._px4.ground_station_s = self.vehicle.now_s
+        return []
+
+    def _on_sticks(self, message: Message) -> list[Message]:
+        self._px4.sticks_s = self.vehicle.now_s
+        return []
+
+    def _parameters_changed(self) -> None:
+        self.vehicle.flight.timeout_s = self._parameters['COM_OF_LOSS_T']
+        self._px4.offboard_loss_action = round(self._parameters['COM_OBL_RC_ACT'])
+        self._px4.sticks_exceptions = round(self._parameters['COM_RCL_EXCEPT'])
+        self._px4.ground_station_loss_action = round(self._parameters['NAV_DLL_ACT'])
+
+    def _setpoint(self, message: Message) -> Setpoint | None:
+        setpoint, why = setpoints.decode_px4(message, self.vehicle.state.roll_pitch_yaw_rad[2])
+        if why:
+            self.vehicle.say(why)
+        return setpoint
+
+    def _set_interval(self, command: Command) -> tuple[int, list[Message]]:
+        if command.params[0] == mavlink.MAVLINK_MSG_ID_HEARTBEAT:
+            return FAILED, []
+        return super()._set_interval(command)
+
+    def _arm_disarm(self, command: Command) -> tuple[int, list[Message]]:
+        return (DENIED, []) if command.params[2] != 0.0 else super()._arm_disarm(command)
+
+    def _do_set_mode(self, command: Command) -> tuple[int, list[Message]]:
+        flags, main, sub = (integer(value) for value in command.params[:3])
+        if flags is None or main is None or sub is None or command.params[3] != 0.0:
+            return DENIED, []
+        if not flags & mavlink.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED:
+            return DENIED, []
+        return self._mode(main << 16 | sub << 24)
+
+    def _take_off(self, command: Command) -> tuple[int, list[Message]]:
+        """The altitude is above mean sea level, not above the ground."""
+        if command.params[1] != 0.0 and not math.isnan(command.params[1]):
+            return DENIED, []
+        above_sea_m = command.params[6]
+        above_ground_m = None if math.isnan(above_sea_m) else above_sea_m - telemetry.ORIGIN_ALTITUDE_M
+        return self._told(self._px4.take_off_to(above_ground_m))

@@ -1,0 +1,165 @@
+"""The companion flies the simulator's two dialects in simulated time, through real frames; both are as strict as the real ones."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from advise_ros.config import SimulatorConfig
+from advise_ros.mavlink.requests import Goal
+from advise_ros.sim.arducopter import ArduCopter
+from advise_ros.sim.autopilot import Autopilot
+from advise_ros.sim.px4 import Px4
+from support.companion_flight import Flight
+
+LOITER = {ArduCopter: 5, Px4: 0x03040000}
+DIALECTS = [ArduCopter, Px4]
+both = pytest.mark.parametrize('dialect', DIALECTS)
+
+
+class Simulated:
+    """A simulated autopilot in the shape of a scripted copter."""
+
+    def __init__(self, dialect: type[Any], **values: Any) -> None:
+        config = SimulatorConfig(**{'ready_after_s': 3.0, **values})
+        self.autopilot: Autopilot = dialect(config, np.random.default_rng(0))
+        self.vehicle = self.autopilot.vehicle
+        self.system_id = config.system_id
+
+    def step(self, dt_s: float) -> list[Any]:
+        return [message for _ in range(round(dt_s / 0.025)) for message in self.autopilot.step()]
+
+    def receive(self, message: Any) -> list[Any]:
+        return self.autopilot.receive(message)
+
+
+class SimulatedFlight(Flight):
+    """Streams the wanted velocity as the bridge's timer does."""
+
+    copter: Simulated
+    velocity = (0.0, 0.0, 0.0)
+
+    def tick(self) -> None:
+        super().tick()
+        setpoint = None if self.cut else self.companion.setpoint(self.velocity, 0.0, self.now_s)
+        if setpoint is not None:
+            setpoint.pack(self._codec)  # To the precision of the wire.
+            self.copter.receive(setpoint)
+
+    @property
+    def mode(self) -> str:
+        return self.copter.vehicle.mode.name
+
+
+@both
+def test_takes_off_flies_and_lands(dialect: type[Any]) -> None:
+    flight = SimulatedFlight(Simulated(dialect))
+    request = flight.ask(Goal.TAKEOFF, 5.0) if flight.until(lambda: flight.status.connected) is None else None
+    assert request is not None
+    flight.until(lambda: flight.status.commandable)
+    assert request.reply is not None and request.reply.accepted
+    assert flight.copter.vehicle.state.altitude_m == pytest.approx(5.0, abs=0.5)
+    flight.velocity = (1.0, 0.5, 0.0)
+    flight.run(6.0)
+    east, north, up = (float(part) for part in flight.copter.vehicle.state.position_enu_m)
+    assert east == pytest.approx(2.0 * north, abs=0.2)
+    assert east > 3.0
+    assert up == pytest.approx(5.0, abs=0.5)
+    flight.ask(Goal.LAND)
+    flight.until(lambda: not flight.copter.vehicle.armed)
+    flight.run(2.0)
+    assert flight.status.waiting_for == ''
+    assert not flight.status.in_air
+
+
+@both
+def test_flies_twice(dialect: type[Any]) -> None:
+    flight = SimulatedFlight(Simulated(dialect))
+    for _ in range(2):
+        flight.until(lambda: flight.status.ready)
+        flight.ask(Goal.TAKEOFF, 3.0)
+        flight.until(lambda: flight.status.commandable)
+        flight.ask(Goal.LAND)
+        flight.until(lambda: not flight.status.armed)
+
+
+@both
+def test_somebody_elses_mode_is_never_fought(dialect: type[Any]) -> None:
+    flight = SimulatedFlight(Simulated(dialect))
+    flight.until(lambda: flight.status.ready)
+    flight.ask(Goal.TAKEOFF, 4.0)
+    flight.until(lambda: flight.status.commandable)
+    flight.velocity = (1.0, 0.0, 0.0)
+    flight.run(1.0)
+    flight.copter.vehicle.set_mode(LOITER[dialect])
+    flight.run(20.0)
+    assert flight.mode == 'LOITER'
+    assert 'LOITER was set by someone else or a failsafe' in flight.status.waiting_for
+    request = flight.ask(Goal.TAKEOFF, 4.0)
+    flight.until(lambda: flight.status.commandable)
+    assert request.reply is not None and 'in the air already' in request.reply.message
+
+
+@pytest.mark.parametrize('cut_s', [0.1, 0.8, 5.0, 30.0])
+@both
+def test_a_lost_link_stops_it_and_no_old_command_is_flown_after(dialect: type[Any], cut_s: float) -> None:
+    """ArduPilot brakes and stays; PX4 leaves OFFBOARD, and is not taken back unasked."""
+    flight = SimulatedFlight(Simulated(dialect))
+    flight.until(lambda: flight.status.ready)
+    flight.ask(Goal.TAKEOFF, 4.0)
+    flight.until(lambda: flight.status.commandable)
+    flight.velocity = (1.0, 0.0, 0.0)
+    flight.run(2.0)
+    flight.cut = True
+    flight.run(cut_s)
+    flight.cut, flight.velocity = False, (0.0, 0.0, 0.0)
+    flight.run(5.0)
+    left_offboard = dialect is Px4 and cut_s > 1.0
+    assert flight.status.connected
+    assert flight.status.commandable is not left_offboard
+    assert ('or a failsafe' in flight.status.waiting_for) is left_offboard
+    assert float(np.linalg.norm(flight.copter.vehicle.state.velocity_enu_m_s[:2])) < 0.1 or flight.mode == 'RTL'
+
+
+def test_a_px4_without_stream_is_never_asked_for_offboard() -> None:
+    """With the stock wait that freezes its simulation."""
+    flight = SimulatedFlight(Simulated(Px4))
+    asked: list[bool] = []
+    receive = flight.copter.receive
+
+    def heard(message: Any) -> list[Any]:
+        if message.get_type() == 'COMMAND_LONG' and message.command == 176 and message.param2 == 6:
+            asked.append(flight.copter.vehicle.streaming)
+        return receive(message)
+
+    flight.copter.receive = heard  # type: ignore[method-assign]
+    flight.until(lambda: flight.status.ready)
+    flight.ask(Goal.TAKEOFF, 3.0)
+    flight.until(lambda: flight.status.commandable)
+    assert asked and all(asked)
+
+
+@both
+def test_a_refusal_is_told_in_the_autopilots_words(dialect: type[Any]) -> None:
+    flight = SimulatedFlight(Simulated(dialect, ready_after_s=60.0))
+    flight.run(2.0)
+    request = flight.ask(Goal.ARM)
+    flight.until(lambda: request.reply is not None)
+    flight.run(6.0)
+    words = {ArduCopter: 'Arm: still waiting for a satellite fix', Px4: 'Arming denied: Resolve system health failures first'}
+    assert words[dialect] in flight.status.text
+    assert 'still waiting for' in flight.status.waiting_for
+
+
+def test_a_ground_station_failsafe_is_left_alone() -> None:
+    flight = SimulatedFlight(Simulated(ArduCopter))
+    flight.copter.autopilot._parameters.set('FS_GCS_ENABLE', 1.0)
+    flight.until(lambda: flight.status.ready)
+    flight.ask(Goal.TAKEOFF, 4.0)
+    flight.until(lambda: flight.status.commandable)
+    flight.copter.autopilot._failsafe.hear(flight.copter.vehicle.now_s)  # type: ignore[attr-defined]
+    flight.run(20.0)
+    assert flight.mode == 'RTL'
+    assert 'RTL was set by someone else or a failsafe' in flight.status.waiting_for
