@@ -13,6 +13,7 @@ class Verdict(IntEnum):
     SKIP = 1
     UNSURE = 2
     MIXED = 3
+    SPLIT = 4
 
 
 class Code(IntEnum):
@@ -29,6 +30,7 @@ class Code(IntEnum):
     BUDGET_SPENT = 8
     INVALID_VERDICT = 9
     NOT_SAVED = 10
+    INVALID_PART = 11
 
 
 @dataclass(frozen=True)
@@ -62,7 +64,7 @@ class Query:
 
 @dataclass(frozen=True)
 class Answer:
-    """What a person said to a query, before any check."""
+    """What a person said to a query, before any check; `part` is one side of a SPLIT."""
 
     query_id: int
     verdict: int
@@ -70,6 +72,7 @@ class Answer:
     avoided: tuple[int, ...] = ()
     expert_id: str = ''
     comment: str = ''
+    part: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -77,6 +80,7 @@ class AdviceRecord:
     """One entry of the session's log: an accepted answer, or its retraction.
 
     A retraction is the same record again with `retracted` true, appended: the log only grows.
+    The states of a SPLIT are the drawn part, those of all others the whole query.
     """
 
     advice_id: int

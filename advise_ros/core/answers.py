@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from advise_ros.core.advice import AdviceRecord, Answer, Code, Verdict
+from advise_ros.core.advice import AdviceRecord, Answer, Code, Query, Verdict
 from advise_ros.core.errors import InputError
 from advise_ros.core.grid import N_ACTIONS, Action, Grid
 
@@ -35,6 +35,16 @@ def fault(answer: Answer) -> Fault | None:
         names = ' and '.join(Action(action).name for action in both)
         return Fault(Code.OVERLAPPING_SETS, f'{names} preferred and avoided at once; choose one side')
     return None
+
+
+def part_fault(answer: Answer, query: Query) -> Fault | None:
+    """What is wrong with the part of a SPLIT, None when nothing is."""
+    if answer.verdict != Verdict.SPLIT:
+        return None
+    part = set(answer.part)
+    if part and part < set(query.states) and len(part) == len(answer.part):
+        return None
+    return Fault(Code.INVALID_PART, f"a split must name some, not all, of the query's {len(query.states)} states, each once")
 
 
 def valid_actions(actions: tuple[int, ...]) -> bool:

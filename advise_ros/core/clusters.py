@@ -39,24 +39,40 @@ def cluster_states(grid: Grid, distribution: Floats, features: float, clusters: 
     return labels
 
 
-def split(grid: Grid, labels: Ints, mixed: Iterable[tuple[int, ...]], seed: int) -> Ints:
-    """Halve, by position and waypoint, each cluster of which a person said that its states need different actions.
+def split(
+    grid: Grid, labels: Ints, mixed: Iterable[tuple[int, ...]], seed: int, drawn: Iterable[tuple[int, ...]] = (),
+) -> Ints:
+    """Part each cluster of which a person said that its states need different actions.
 
     Args:
         grid: the grid of the states.
         labels: (n,) from `cluster_states`.
-        mixed: ascending states of each such cluster; halves of halves may be among them.
+        mixed: ascending states of each cluster that is to be halved by position and waypoint; halves of halves may
+            be among them.
         seed: of k-means++.
+        drawn: ascending states of each part that a person cut off a cluster.
+
+    The largest one that fits the clusters goes first, so that the order in which people spoke leaves no trace.
     """
     labels = labels.copy()
-    for states in sorted(set(mixed), key=lambda states: (-len(states), states)):
-        members = np.array(states)
-        if np.array_equal(np.flatnonzero(labels == labels[members[0]]), members):
-            second = k_means(structure(grid)[members], 2, seed) == 1
-            labels[members[second]] = labels.max() + 1
+    said = [(states, True) for states in set(mixed)] + [(states, False) for states in set(drawn)]
+    waiting = sorted(said, key=lambda one: (-len(one[0]), one))
+    while (found := next((one for one in waiting if _fits(labels, *one)), None)) is not None:
+        waiting.remove(found)
+        members = np.array(found[0])
+        apart = members[k_means(structure(grid)[members], 2, seed) == 1] if found[1] else members
+        labels[apart] = labels.max() + 1
     acting = labels != NO_CLUSTER
     labels[acting] = canonical(labels[acting])
     return labels
+
+
+def _fits(labels: Ints, states: tuple[int, ...], whole: bool) -> bool:
+    """Whether states are a whole cluster, or some but not all states of one."""
+    label = labels[states[0]]
+    if label == NO_CLUSTER or (labels[list(states)] != label).any():
+        return False
+    return bool((np.count_nonzero(labels == label) == len(states)) == whole)
 
 
 def structure(grid: Grid) -> Floats:

@@ -19,7 +19,7 @@ from advise_ros.core.infer import Inferred, infer
 from advise_ros.core.learn_settings import LearnSettings
 from advise_ros.core.mdp import mdp_of
 from advise_ros.core.numerics import Floats, Ints
-from advise_ros.core.queries import Numbering, Situation, mixed, next_query
+from advise_ros.core.queries import Numbering, Situation, drawn, mixed, next_query
 from advise_ros.core.uncertainty import uncertainty
 
 __all__ = ['LearnSettings', 'Learned', 'learn']
@@ -113,7 +113,7 @@ def learn(  # noqa: PLR0913 - evidence and numbering of a session
     inferred = infer(mdp, counts.favourite(), advice, settings)
     unsure = uncertainty(demonstrated, inferred.probabilities, settings.w_p)
     clusters = cluster_states(grid, demonstrated, settings.cluster_features, settings.clusters, settings.seed)
-    clusters = split(grid, clusters, mixed(log), settings.seed)
+    clusters = split(grid, clusters, mixed(log), settings.seed, drawn(log))
     situation = Situation(grid, settings, mdp, counts, demonstrated, inferred, unsure, clusters)
     query = next_query(situation, log, Numbering(version, next_query_id, budget))
     return Learned(

@@ -65,10 +65,11 @@ def open_clusters(labels: Ints, covered: Bools) -> Bools:
 
 
 def _covered(grid: Grid, log: tuple[AdviceRecord, ...]) -> Bools:
-    """States that the person was asked about; a cluster answered MIXED is asked about again in halves."""
+    """States that the person was asked about; a cluster that was MIXED or SPLIT is asked about again in parts."""
     covered = np.zeros(grid.n_states, dtype=np.bool_)
     for record in active(log):
-        if record.verdict is not Verdict.MIXED or len(record.states) == 1:
+        parted = record.verdict is Verdict.SPLIT or (record.verdict is Verdict.MIXED and len(record.states) > 1)
+        if not parted:
             covered[list(record.states)] = True
     return covered
 
@@ -76,6 +77,11 @@ def _covered(grid: Grid, log: tuple[AdviceRecord, ...]) -> Bools:
 def mixed(log: tuple[AdviceRecord, ...]) -> list[tuple[int, ...]]:
     """The clusters whose states need different actions, as the person said."""
     return [record.states for record in active(log) if record.verdict is Verdict.MIXED]
+
+
+def drawn(log: tuple[AdviceRecord, ...]) -> list[tuple[int, ...]]:
+    """The parts that the person cut off a cluster."""
+    return [record.states for record in active(log) if record.verdict is Verdict.SPLIT]
 
 
 def _ranking(situation: Situation, log: tuple[AdviceRecord, ...]) -> Ranking:

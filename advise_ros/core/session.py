@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from advise_ros.core.advice import AdviceRecord, Answer, Code, Outcome, Query, Verdict, active
-from advise_ros.core.answers import Fault, check_log, fault
+from advise_ros.core.answers import Fault, check_log, fault, part_fault
 from advise_ros.core.contradictions import advice_in, against
 from advise_ros.core.demonstration import Demonstration, standing
 from advise_ros.core.grid import Grid
@@ -132,7 +132,7 @@ class Session:
         query = self._query
         if query is None or answer.query_id != query.query_id:
             return self._refuse(*self._not_open(answer.query_id))
-        wrong = self._too_many(answer) or fault(answer)
+        wrong = self._too_many(answer) or fault(answer) or part_fault(answer, query)
         return self._refuse(*wrong) if wrong else self._weigh(answer, query)
 
     def tell(self, answer: Answer) -> Outcome:
@@ -221,7 +221,7 @@ class Session:
         return AdviceRecord(
             advice_id=1 + max((record.advice_id for record in self._log), default=0),
             query_id=query.query_id,
-            states=query.states,
+            states=tuple(sorted(answer.part)) if answer.verdict == Verdict.SPLIT else query.states,
             preferred=tuple(sorted(answer.preferred)) if said else (),
             avoided=tuple(sorted(answer.avoided)) if said else (),
             verdict=Verdict(answer.verdict),

@@ -218,7 +218,8 @@ class AdviseNode(Node):
     async def _on_preview(
         self, request: srv.PreviewAnswer.Request, response: srv.PreviewAnswer.Response,
     ) -> srv.PreviewAnswer.Response:
-        work, before = self._session.preview(convert_advice.answer_from_request(request)), self._learned
+        answer, before = convert_advice.answer_from_request(request), self._learned
+        work, response.contradicts = self._session.preview(answer), list(self._session.check(answer).contradicts)
         if isinstance(work, Outcome) or before is None:
             return preview.fill_refused(response, work)
         done: Future = Future()

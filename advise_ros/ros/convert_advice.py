@@ -115,13 +115,14 @@ def answer_from_request(request: srv.AnswerQuery.Request | srv.PreviewAnswer.Req
         preferred=tuple(int(action) for action in request.preferred),
         avoided=tuple(int(action) for action in request.avoided),
         expert_id=getattr(request, 'expert_id', ''), comment=getattr(request, 'comment', ''),
+        part=tuple(int(state) for state in request.part),
     )
 
 
 def answer_to_request(answer: Answer) -> srv.AnswerQuery.Request:
     return srv.AnswerQuery.Request(
         query_id=answer.query_id, verdict=answer.verdict,
-        preferred=list(answer.preferred), avoided=list(answer.avoided),
+        preferred=list(answer.preferred), avoided=list(answer.avoided), part=list(answer.part),
         expert_id=answer.expert_id, comment=answer.comment,
     )
 

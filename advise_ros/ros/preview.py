@@ -8,6 +8,7 @@ from advise_msgs.srv import PreviewAnswer
 from advise_ros.config import PolicyConfig
 from advise_ros.core.advice import Code, Outcome
 from advise_ros.core.learn import Learned
+from advise_ros.core.outlook import expected_success
 from advise_ros.core.rollout import Rollout, rollout, step_budget
 from advise_ros.ros import calls
 
@@ -17,6 +18,7 @@ BUDGET_FACTOR = PolicyConfig.step_budget_factor
 
 def fill_refused(response: PreviewAnswer.Response, outcome: Outcome) -> PreviewAnswer.Response:
     response.valid, response.code, response.message = False, int(outcome.code), outcome.message
+    response.contradicts = list(outcome.contradicts)
     return response
 
 
@@ -31,6 +33,7 @@ def fill_preview(
     route_before, route_after = _route(before), _route(after)
     response.route_before, response.route_after = list(route_before.states), list(route_after.states)
     response.reaches_goal_before, response.reaches_goal_after = route_before.reached, route_after.reached
+    response.expected_success_before, response.expected_success_after = _success(before), _success(after)
     response.solve_s = solve_s
     response.message = _in_words(len(changed), route_before, route_after, after.contradictions)
     return response
@@ -39,6 +42,10 @@ def fill_preview(
 def _route(learned: Learned) -> Rollout:
     start = learned.grid.start_state()
     return rollout(learned.grid, learned.greedy.tolist(), start, step_budget(learned.grid, start, BUDGET_FACTOR))
+
+
+def _success(learned: Learned) -> float:
+    return expected_success(learned.grid, learned.greedy, learned.settings.slip, BUDGET_FACTOR)
 
 
 def _in_words(n_changed: int, before: Rollout, after: Rollout, contradictions: tuple[int, ...]) -> str:

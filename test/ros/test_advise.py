@@ -135,7 +135,8 @@ def test_wrong_answers_are_refused_with_the_code_that_fits_and_change_nothing(gr
         (Code.OVERLAPPING_SETS, 'EAST', (number, (1,), (0, 1))),
         (Code.EMPTY_SETS, 'preferred', (number, (), (0,))),
         (Code.EMPTY_SETS, 'avoided', (number, (1,), ())),
-        (Code.INVALID_VERDICT, '2 UNSURE', (number, (1,), (0,), 4)),
+        (Code.INVALID_PART, 'not all', (number, (), (), 4)),
+        (Code.INVALID_VERDICT, '2 UNSURE', (number, (1,), (0,), 5)),
     )
     for code, words, arguments in refusals:
         reply = learner.answer(*arguments)

@@ -58,6 +58,17 @@ def test_a_mixed_cluster_is_halved_and_its_half_again() -> None:
     assert np.array_equal(quarters, split(ROUND_TRIP, labels, [whole, half], 0))
 
 
+def test_a_drawn_part_and_a_halving_leave_no_trace_of_their_order() -> None:
+    labels = np.zeros(ROUND_TRIP.n_states, dtype=np.int64)
+    part, rest = (0, 1, 2), tuple(range(3, ROUND_TRIP.n_states))
+    cut = split(ROUND_TRIP, labels, [], 0, [part])
+    assert len(set(cut)) == 2 and len(set(cut[list(part)])) == 1
+    halved = split(ROUND_TRIP, labels, [rest], 0, [part])  # The rest is a cluster only once the part is cut off.
+    assert len(set(halved)) == 3 and len(set(halved[list(part)])) == 1
+    other_way = split(ROUND_TRIP, labels, [part], 0, [rest])
+    assert len(set(other_way[list(rest)])) == 1 and len(set(other_way[list(part)])) == 2
+
+
 def test_an_answer_about_clusters_of_before_splits_nothing() -> None:
     labels = cluster_states(ROUND_TRIP, UNIFORM, 1.0, 4, 0)
     assert np.array_equal(split(ROUND_TRIP, labels, [(1, 2, 40)], 0), labels)

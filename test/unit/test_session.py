@@ -288,3 +288,27 @@ def test_a_log_that_does_not_fit_is_not_restored(entry: AdviceRecord, words: str
     with pytest.raises(InputError, match=words):
         session.restore((entry,))
     assert session.log == ()
+
+
+def test_a_drawn_split_is_asked_about_in_its_two_parts() -> None:
+    session = ready()
+    asked = session.query
+    assert asked is not None and len(asked.states) > 2
+    part, rest = asked.states[:2], asked.states[2:]
+    outcome = session.tell(replace(answer(session, (), (), Verdict.SPLIT), part=part))
+    assert outcome.record is not None and (outcome.record.states, outcome.record.verdict) == (part, Verdict.SPLIT)
+    learned = learn_now(session)
+    assert {len(set(learned.clusters[list(states)])) for states in (part, rest)} == {1}
+    assert learned.clusters[part[0]] != learned.clusters[rest[0]]
+    session.undo()
+    assert len(set(learn_now(session).clusters[list(asked.states)])) == 1
+
+
+@pytest.mark.parametrize('part', ['none', 'all', 'others', 'twice'])
+def test_a_split_must_name_some_of_the_states(part: str) -> None:
+    session = ready()
+    assert session.query is not None
+    states = session.query.states
+    drawn = {'none': (), 'all': states, 'others': (*states[:1], max(states) + 1), 'twice': states[:1] * 2}[part]
+    outcome = session.tell(replace(answer(session, (), (), Verdict.SPLIT), part=drawn))
+    assert (outcome.accepted, outcome.code) == (False, Code.INVALID_PART)
