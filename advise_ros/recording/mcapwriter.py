@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import BinaryIO
 
 from mcap.data_stream import RecordBuilder
-from mcap.records import Channel, Schema
+from mcap.records import Attachment, Channel, Schema
 from mcap.writer import CompressionType, Writer
 
 import advise_ros
@@ -70,6 +70,10 @@ class McapWriter:
     def add_record(self, name: str, values: Mapping[str, str]) -> None:
         """Append an MCAP metadata record."""
         self._mcap.add_metadata(name, dict(values))
+
+    def add_attachment(self, record: Attachment) -> None:
+        """Append an attachment as it stands."""
+        self._mcap.add_attachment(record.create_time, record.log_time, record.name, record.media_type, record.data)
 
     def flush(self) -> None:
         """Close the chunk in progress and hand it to the operating system: it outlives this process."""
