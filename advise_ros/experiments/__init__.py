@@ -1,0 +1,1 @@
+"""The paper's evaluation (section 4): trials, statistics and figures."""

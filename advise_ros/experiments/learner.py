@@ -1,0 +1,69 @@
+"""Algorithm 1 in any domain, one answer after the other."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from advise_ros.core.counts import Counts
+from advise_ros.core.mdp import boltzmann, occupancy, plan
+from advise_ros.core.numerics import Bools, Floats, Ints, is_best
+from advise_ros.core.program import Evidence, Preference, Solution, pose
+from advise_ros.core.uncertainty import Ranking, select, uncertainty
+from advise_ros.domains.domain import Domain, split_ties
+from advise_ros.domains.people import Advice
+from advise_ros.experiments.method import Method, Protocol
+from advise_ros.experiments.optimum import optimum
+
+
+class Fitted(NamedTuple):
+    """The policy that follows from the evidence.
+
+    Attributes:
+        probabilities: (n, n_actions) Boltzmann policy.
+        performance: of the greedy policy, ties divided.
+        solution: of equation (1).
+    """
+
+    probabilities: Floats
+    performance: float
+    solution: Solution
+
+
+def fit(
+    domain: Domain, protocol: Protocol, counts: Counts, advice: dict[int, Preference], near: Solution | None = None
+) -> Fitted:
+    """IRL of algorithm 1 and the performance of what it learnt."""
+    problem = pose(domain.mdp, Evidence(counts.favourite(), advice), protocol.terms)
+    solution = optimum(problem, near)
+    q = plan(domain.mdp, solution.reward, solution.value).q
+    return Fitted(boltzmann(q, protocol.temperature), domain.performance(split_ties(is_best(q))), solution)
+
+
+def preference(advice: Advice) -> Preference:
+    """An answer as the program reads it, for each of its states."""
+    return Preference(advice.preferred, tuple((a, b) for a in advice.preferred for b in advice.avoided))
+
+
+class Asking(NamedTuple):
+    """What the choice of a question rests on.
+
+    Attributes:
+        labels: (n,) clusters.
+        distribution: (n, n_actions) the demonstrator's, smoothed.
+    """
+
+    domain: Domain
+    protocol: Protocol
+    method: Method
+    labels: Ints
+    distribution: Floats
+    rng: np.random.Generator
+
+    def choose(self, fitted: Fitted, asked: Bools) -> int | None:
+        """SELECTQUERY: the cluster to ask about next, each once; None when all were."""
+        unsure = uncertainty(self.distribution, fitted.probabilities, self.protocol.w_p)
+        visits = occupancy(self.domain.mdp, fitted.probabilities, self.domain.start)
+        ranking = Ranking(self.labels, unsure.state, visits, self.protocol.score, self.rng)
+        return select(self.method.acquisition, ranking, ~asked)

@@ -1,0 +1,75 @@
+"""What a trial depends on beside its seed: values, compared and stored by what they hold."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from advise_ros.core.program import Terms
+from advise_ros.domains.people import Demonstrator, Expert
+
+
+@dataclass(frozen=True)
+class Method:
+    """How a learner asks. None leaves a choice to the protocol of the domain.
+
+    Attributes:
+        name: as in the figures.
+        clustering: of `clusterings.CLUSTERINGS`.
+        acquisition: of `core.uncertainty.ACQUISITIONS`; '' asks nothing.
+        reading: of equation (1).
+        clusters: k.
+        features: weight of the states' structure beside the demonstrator's distribution.
+        budget: questions.
+        quality: of clusters, where `clustering` perturbs ideal ones.
+    """
+
+    name: str
+    clustering: str = 'k_means'
+    acquisition: str = 'paper'
+    reading: str | None = None
+    clusters: int | None = None
+    features: float = 0.0
+    budget: int | None = None
+    quality: float = 1.0
+
+
+# Figure 5's methods, and the order of clusters that Q5 asks about.
+METHODS = {
+    method.name: method
+    for method in (
+        Method('clustered'),
+        Method('single', clustering='states'),
+        Method('random', clustering='states', acquisition='random'),
+        Method('trajectories', acquisition=''),
+        Method('ideal', clustering='ideal'),
+        Method('shuffled', acquisition='random'),
+    )
+}
+
+
+@dataclass(frozen=True)
+class Protocol:
+    """A domain, its people and the learner's constants.
+
+    Attributes:
+        domain: name, or an .npz file.
+        demonstrator, expert: who shows and who answers.
+        clusters: k of k-means.
+        budget: questions.
+        terms: constants and reading of equation (1).
+        w_p: weight of F in U_s (definition 3).
+        temperature: of the Boltzmann policy.
+        laplace: added to each count.
+        score: 'mean' (definition 4) or 'sum' (algorithm 1).
+    """
+
+    domain: str
+    demonstrator: Demonstrator
+    clusters: int
+    budget: int = 10
+    expert: Expert = field(default_factory=Expert)
+    terms: Terms = field(default_factory=Terms)
+    w_p: float = 0.5
+    temperature: float = 1.0
+    laplace: float = 1.0
+    score: str = 'mean'

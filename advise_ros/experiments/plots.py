@@ -1,0 +1,94 @@
+"""Figures in the manner of a paper: one panel a domain, means with their 95 % intervals."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from advise_ros.core.errors import InputError
+from advise_ros.experiments.figures import Row5
+
+# Okabe and Ito's colours, told apart by colour-blind readers; marker and line tell the methods apart in print.
+STYLES: dict[str, dict[str, Any]] = {
+    'clustered': {'color': '#0072B2', 'marker': 'o', 'label': 'Clustered Advice'},
+    'single': {'color': '#D55E00', 'marker': 's', 'label': 'Single Advice'},
+    'random': {'color': '#009E73', 'marker': '^', 'label': 'Random Advice'},
+    'trajectories': {'color': '#555555', 'marker': '', 'linestyle': '--', 'label': 'Only Trajectories'},
+    'ideal': {'color': '#CC79A7', 'marker': 'd', 'linestyle': ':', 'label': 'Ideal Clusters'},
+    'shuffled': {'color': '#56B4E9', 'marker': 'v', 'linestyle': '-.', 'label': 'Clusters in Random Order'},
+}
+STYLE: Any = {
+    'font.family': 'serif', 'font.size': 8, 'axes.titlesize': 9, 'axes.linewidth': 0.6, 'lines.linewidth': 1.2,
+    'lines.markersize': 3.5, 'legend.frameon': False, 'axes.spines.top': False, 'axes.spines.right': False,
+    'svg.hashsalt': 'advise_ros', 'svg.fonttype': 'path', 'mathtext.fontset': 'dejavuserif',
+}
+PANEL_IN = (3.2, 2.3)
+DOTS_PER_INCH = 200
+
+
+def title(domain: str) -> str:
+    """A domain's name as a heading."""
+    return {'wumpus': 'Wumpus World'}.get(domain, domain.capitalize())
+
+
+def figure5(rows: Sequence[Row5], measures: Mapping[str, str]) -> Figure:
+    """Performance against the number of questions; `measures` are the labels of the domains' vertical axes."""
+    domains = list(dict.fromkeys(row.domain for row in rows))
+    figure, panels = _panels(len(domains))
+    for name, axes in zip(domains, panels, strict=True):
+        _curves(axes, [row for row in rows if row.domain == name])
+        axes.set(title=title(name), xlabel='number of questions', ylabel=measures[name])
+    handles, labels = _legend(panels)
+    figure.legend(handles, labels, loc='outside lower center', ncols=min(len(labels), 3))
+    return figure
+
+
+def _curves(axes: Axes, rows: Sequence[Row5]) -> None:
+    for method in dict.fromkeys(row.method for row in rows):
+        mine = [row for row in rows if row.method == method]
+        queries, means = [row.queries for row in mine], [row.mean for row in mine]
+        style = STYLES.get(method, {'label': method, 'marker': '.'})
+        axes.plot(queries, means, **style)
+        axes.fill_between(
+            queries, [row.mean - row.ci95 for row in mine], [row.mean + row.ci95 for row in mine],
+            color=style.get('color'), alpha=0.15, linewidth=0,
+        )
+
+
+def _panels(number: int) -> tuple[Figure, list[Axes]]:
+    columns = min(number, 2)
+    lines = -(-number // columns)
+    figure = Figure(figsize=(PANEL_IN[0] * columns, PANEL_IN[1] * lines + 0.4), layout='constrained')
+    panels = list(figure.subplots(lines, columns, squeeze=False).flat)
+    for unused in panels[number:]:
+        unused.remove()
+    return figure, panels[:number]
+
+
+def _legend(panels: Sequence[Axes]) -> tuple[list[Any], list[str]]:
+    """Each label once."""
+    found = {label: handle for axes in panels for handle, label in zip(*axes.get_legend_handles_labels(), strict=True)}
+    return list(found.values()), list(found)
+
+
+def save(figure: Figure, stem: Path) -> None:
+    """As PNG and SVG; the same figure gives the same bytes.
+
+    Raises:
+        InputError: the directory cannot be written.
+    """
+    try:
+        figure.savefig(stem.with_suffix('.png'), dpi=DOTS_PER_INCH, metadata={'Software': None})
+        figure.savefig(stem.with_suffix('.svg'), metadata={'Date': None})
+    except OSError as problem:
+        raise InputError(f'{stem} cannot be written ({problem.strerror}); name another directory') from problem
+
+
+def in_style() -> Any:
+    """A context in which figures are drawn."""
+    return mpl.rc_context(STYLE)

@@ -1,0 +1,99 @@
+"""One trial: demonstrations of one person, then questions one after the other by each method."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import NamedTuple
+from zlib import crc32
+
+import numpy as np
+
+from advise_ros.core.counts import Counts
+from advise_ros.core.numerics import Ints
+from advise_ros.core.program import Preference
+from advise_ros.domains import find
+from advise_ros.domains.domain import Domain
+from advise_ros.domains.people import advise, demonstrate
+from advise_ros.experiments.clusterings import Clustering, cluster, quality
+from advise_ros.experiments.learner import Asking, Fitted, fit, preference
+from advise_ros.experiments.method import Method, Protocol
+
+# What is kept of a value: what machines and numbers of threads differ in is far below.
+DECIMALS = 6
+
+
+class Shown(NamedTuple):
+    """What the demonstrator of a trial did."""
+
+    domain: Domain
+    protocol: Protocol
+    seed: int
+    counts: Counts
+
+    def generator(self, purpose: str) -> np.random.Generator:
+        """Random numbers for one purpose, the same whatever else is drawn in the trial."""
+        return np.random.default_rng([self.seed, crc32(purpose.encode())])
+
+    def clusters(self, method: Method) -> Ints:
+        """(n,) labels of a method's clusters."""
+        return cluster(method.clustering, Clustering(
+            self.domain, self.counts.distribution(self.protocol.laplace), method.clusters or self.protocol.clusters,
+            method.features, method.quality, self.seed, self.generator('displaced'),
+        ))
+
+
+def show(protocol: Protocol, seed: int) -> Shown:
+    """The demonstrations of a trial."""
+    domain, rng = find(protocol.domain), np.random.default_rng([seed, crc32(b'demonstrator')])
+    return Shown(domain, protocol, seed, demonstrate(domain, protocol.demonstrator, rng))
+
+
+def curves(protocol: Protocol, methods: tuple[Method, ...], seed: int) -> dict[str, tuple[float, ...]]:
+    """Performance after 0, 1, ... questions by each method, by its name, all on the same demonstrations."""
+    shown = show(protocol, seed)
+    first = fit(shown.domain, protocol, shown.counts, {})
+    return {method.name: _curve(shown, method, first) for method in methods}
+
+
+def cluster_quality(protocol: Protocol, method: Method, seed: int) -> float:
+    """Quality of a method's clusters, 0 to 1; nothing is learnt for it."""
+    shown = show(protocol, seed)
+    return round(quality(shown.domain, shown.clusters(method)), DECIMALS)
+
+
+def _curve(shown: Shown, method: Method, first: Fitted) -> tuple[float, ...]:
+    """It stays where it is when nothing is left to ask."""
+    budget = shown.protocol.budget if method.budget is None else method.budget
+    values = [first.performance]
+    if method.acquisition:
+        values += [fitted.performance for fitted in _improve(shown, method, first, budget)]
+    values += values[-1:] * (budget + 1 - len(values))
+    return tuple(round(value, DECIMALS) for value in values)
+
+
+def _improve(shown: Shown, method: Method, fitted: Fitted, budget: int) -> Iterator[Fitted]:
+    """What is learnt after each question."""
+    protocol, labels = _read(shown.protocol, method), shown.clusters(method)
+    asking = Asking(
+        shown.domain, protocol, method, labels, shown.counts.distribution(protocol.laplace),
+        shown.generator(method.acquisition),
+    )
+    expert, asked = shown.generator('expert'), np.zeros(labels.max() + 1, dtype=np.bool_)
+    advice: dict[int, Preference] = {}
+    for _ in range(budget):
+        chosen = asking.choose(fitted, asked)
+        if chosen is None:
+            return
+        asked[chosen] = True
+        states = np.flatnonzero(labels == chosen)
+        answer = advise(protocol.expert, shown.domain.optimal[states], expert)
+        if answer is not None:
+            advice |= dict.fromkeys(states.tolist(), preference(answer))
+            fitted = fit(shown.domain, protocol, shown.counts, advice, fitted.solution)
+        yield fitted
+
+
+def _read(protocol: Protocol, method: Method) -> Protocol:
+    """The protocol in the method's reading."""
+    return protocol if method.reading is None else replace(protocol, terms=protocol.terms._replace(reading=method.reading))

@@ -1,0 +1,37 @@
+"""The units that trials are spread over processes by: plain values in, plain values out."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from threadpoolctl import threadpool_limits
+
+from advise_ros.experiments.method import Method, Protocol
+from advise_ros.experiments.store import key_of
+from advise_ros.experiments.trial import cluster_quality, curves
+
+
+class Task(NamedTuple):
+    """One trial of some methods.
+
+    Attributes:
+        kind: 'curves' or 'quality'.
+    """
+
+    kind: str
+    protocol: Protocol
+    methods: tuple[Method, ...]
+    seed: int
+
+    def keys(self) -> list[tuple[str, int]]:
+        """Where the results of the methods are stored."""
+        return [(key_of(self.kind, self.protocol, method), self.seed) for method in self.methods]
+
+
+def perform(task: Task) -> list[object]:
+    """The result of each method; one thread, so that it is the same wherever it runs."""
+    with threadpool_limits(1):
+        if task.kind == 'quality':
+            return [cluster_quality(task.protocol, method, task.seed) for method in task.methods]
+        found = curves(task.protocol, task.methods, task.seed)
+        return [list(found[method.name]) for method in task.methods]

@@ -1,0 +1,62 @@
+"""The command `experiments`: what it writes, and that an interruption changes nothing."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from advise_ros.commands import experiments
+
+METHODS = ['clustered', 'single', 'random', 'trajectories', 'ideal', 'shuffled']
+
+
+def figure5(out: Path, *more: str) -> list[dict[str, object]]:
+    assert experiments.run(['figure5', '--domain', 'wumpus', '--trials', '3', '--out', str(out), *more]) == 0
+    return json.loads((out / 'figure5.json').read_text())
+
+
+def test_figure5_has_a_row_for_each_method_and_number_of_questions(tmp_path: Path) -> None:
+    rows = figure5(tmp_path)
+    assert [row['method'] for row in rows[::11]] == METHODS
+    assert all(set(row) == {'domain', 'method', 'queries', 'mean', 'ci95', 'trials'} for row in rows)
+    assert {(row['domain'], row['trials']) for row in rows} == {('wumpus', 3)}
+    assert [row['queries'] for row in rows[:11]] == list(range(11))
+    assert (tmp_path / 'figure5.png').read_bytes().startswith(b'\x89PNG')
+    assert '<svg' in (tmp_path / 'figure5.svg').read_text()
+
+
+@pytest.mark.parametrize('cut', [0, 1, 40])
+def test_an_interruption_changes_no_result(tmp_path: Path, cut: int) -> None:
+    """The file of trials ends where the process died: between trials or within one."""
+    figure5(tmp_path)
+    files = ('figure5.json', 'figure5.png', 'figure5.svg')
+    whole = [(tmp_path / name).read_bytes() for name in files]
+    trials = tmp_path / 'trials.jsonl'
+    kept = trials.read_text()[: len(trials.read_text()) // 2 + cut]
+    trials.write_text(kept)
+    figure5(tmp_path)
+    assert [(tmp_path / name).read_bytes() for name in files] == whole
+    assert trials.read_text().startswith(kept)
+
+
+def test_a_method_alone_gives_what_it_gives_among_others(tmp_path: Path) -> None:
+    rows = figure5(tmp_path / 'all')
+    alone = figure5(tmp_path / 'alone', '--method', 'single')
+    assert alone == [row for row in rows if row['method'] == 'single']
+
+
+@pytest.mark.parametrize(('arguments', 'told'), [
+    (['figure5', '--domain', 'chess'], "'chess' is unknown"),
+    (['figure5', '--domain', 'missing.npz'], 'missing.npz cannot be read'),
+    (['figure5', '--domain', 'wumpus', '--out', '/proc/nowhere'], 'cannot be written'),
+])
+def test_wrong_input_is_told_in_one_sentence(
+    arguments: list[str], told: str, capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert experiments.run([*arguments, '--trials', '1']) == 2
+    said = capsys.readouterr().err
+    assert told in said
+    assert 'Traceback' not in said
