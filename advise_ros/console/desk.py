@@ -1,0 +1,250 @@
+"""Takes a person's acts to the graph; keeps an answer while the learner is away, and gives it once."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections import OrderedDict, deque
+from collections.abc import Callable, Mapping
+from concurrent.futures import Future as Promise
+from dataclasses import dataclass
+from typing import Any
+
+from rclpy.action import ActionClient
+from rclpy.clock import Clock, ClockType
+from rclpy.node import Node
+from rclpy.task import Future
+from std_srvs.srv import Trigger
+
+from advise_msgs.action import Fly
+from advise_msgs.srv import AnswerQuery, PreviewAnswer, RetractAdvice
+from advise_ros.console import acts
+from advise_ros.console.listener import Listener
+from advise_ros.core.advice import Answer
+from advise_ros.core.errors import InputError
+from advise_ros.ros import convert_advice
+
+Reply = dict[str, Any]
+TICK_S = 0.1
+# A request without reply for this long (steady time) is given up.
+PATIENCE_S = 15.0
+# Replies remembered, so that an answer sent again gets the same one.
+REMEMBERED = 500
+# Answers kept while the learner is away.
+KEPT_MOST = 50
+
+
+@dataclass
+class Kept:
+    """An answer on its way; `states` are those that the person saw."""
+
+    uid: str
+    answer: Answer
+    states: tuple[int, ...]
+    promise: Promise[Reply]
+    sent: Future | None = None
+    sent_s: float = 0.0
+
+
+@dataclass
+class Waiting:
+    """A request under way."""
+
+    promise: Promise[Reply]
+    future: Future
+    until_s: float
+    what: str
+
+
+class Desk:
+    """Services and actions of the graph, as a page or a terminal asks for them.
+
+    `act` may be called in any thread; the rest happens in the thread of the node's executor. Its promise always
+    gets a reply, a dict with `ok` and `message`; an answer's only when the learner has taken or refused it.
+    """
+
+    def __init__(self, node: Node, listener: Listener) -> None:
+        self._node, self._listener = node, listener
+        self._trigger = {name: node.create_client(Trigger, service) for name, service in acts.TRIGGERS.items()}
+        self._answer = node.create_client(AnswerQuery, 'advise/answer')
+        self._preview = node.create_client(PreviewAnswer, 'advise/preview')
+        self._retract = node.create_client(RetractAdvice, 'advise/retract')
+        self._fly = ActionClient(node, Fly, 'policy/fly')
+        self._inbox: deque[Callable[[], None]] = deque()
+        self._kept: OrderedDict[str, Kept] = OrderedDict()
+        self._replied: OrderedDict[str, Promise[Reply]] = OrderedDict()
+        self._waiting: list[Waiting] = []
+        self._lock = threading.Lock()
+        self._wake = node.create_guard_condition(self._on_wake)
+        node.create_timer(TICK_S, self._on_tick, clock=Clock(clock_type=ClockType.STEADY_TIME))
+
+    # -- from any thread ---------------------------------------------------------------------
+    def act(self, name: str, given: Mapping[str, Any]) -> Promise[Reply]:
+        """Do what a person wants.
+
+        Args:
+            name: 'answer', 'preview', 'retract', 'fly' or one of `acts.TRIGGERS`.
+            given: what the page sent with it.
+        """
+        promise: Promise[Reply] = Promise()
+        try:
+            begin = self._plan(name, given, promise)
+        except InputError as problem:
+            promise.set_result(_no(f'this was not sent: {problem}'))
+            return promise
+        with self._lock:
+            self._inbox.append(begin)
+        self._wake.trigger()
+        return promise
+
+    def _plan(self, name: str, given: Mapping[str, Any], promise: Promise[Reply]) -> Callable[[], None]:
+        if name in acts.TRIGGERS:
+            return lambda: self._call(promise, self._trigger[name], Trigger.Request(), name)
+        if name == 'answer':
+            kept = Kept(acts.unique_id(given), acts.answer_of(given), acts.asked_states(given), promise)
+            return lambda: self._take(kept)
+        if name == 'preview':
+            request = _preview_of(acts.answer_of(given))
+            return lambda: self._call(promise, self._preview, request, name)
+        if name == 'retract':
+            retract = RetractAdvice.Request(advice_id=acts.advice_id(given))
+            return lambda: self._call(promise, self._retract, retract, name)
+        if name == 'fly':
+            return lambda: self._send_off(promise)
+        raise InputError('it is unknown')
+
+    # -- in the node's thread ----------------------------------------------------------------
+    def _on_wake(self) -> None:
+        with self._lock:
+            begun, self._inbox = list(self._inbox), deque()
+        for begin in begun:
+            begin()
+
+    def _call(self, promise: Promise[Reply], client: Any, request: Any, what: str) -> None:
+        if not client.service_is_ready():
+            promise.set_result(_no(f'nobody serves {client.srv_name}; is its node running?'))
+            return
+        self._await(promise, client.call_async(request), what)
+
+    def _await(self, promise: Promise[Reply], future: Future, what: str) -> None:
+        future.add_done_callback(lambda done: _resolve(promise, reply_of(done.result())))
+        self._waiting.append(Waiting(promise, future, time.monotonic() + PATIENCE_S, what))
+
+    def _send_off(self, promise: Promise[Reply]) -> None:
+        """Fly the newest policy from the route's start."""
+        grid = self._listener.grid
+        if grid is None or not self._fly.server_is_ready():
+            promise.set_result(_no('nobody flies here: the policy node is not running'))
+            return
+        sent = self._fly.send_goal_async(Fly.Goal(start_cell=grid.waypoints[-1]))
+        self._await(promise, sent, 'fly')
+
+    # -- answers -----------------------------------------------------------------------------
+    def _take(self, kept: Kept) -> None:
+        """An answer that came before gets the reply of the first one."""
+        earlier = self._replied.get(kept.uid) or (self._kept[kept.uid].promise if kept.uid in self._kept else None)
+        if earlier is not None:
+            earlier.add_done_callback(lambda done: _resolve(kept.promise, done.result()))
+            return
+        if len(self._kept) >= KEPT_MOST:
+            _resolve(kept.promise, _no(f'{KEPT_MOST} answers wait for the learner already'))
+            return
+        self._kept[kept.uid] = kept
+        self._forward()
+
+    def _forward(self) -> None:
+        for kept in [kept for kept in self._kept.values() if kept.sent is None]:
+            if self._answer.service_is_ready() and self._listener.learner_alive():
+                self._give(kept)
+        self._listener.board.put('kept', [kept.uid for kept in self._kept.values() if kept.sent is None])
+
+    def _give(self, kept: Kept) -> None:
+        """Give an answer to the question that the person saw; another with the same number is not it."""
+        query = self._listener.query
+        if query is not None and query.query_id == kept.answer.query_id and query.states != kept.states:
+            self._finish(kept, _no('the question has changed meanwhile; your answer to the old one was not given'))
+            return
+        kept.sent, kept.sent_s = self._answer.call_async(convert_advice.answer_to_request(kept.answer)), time.monotonic()
+        kept.sent.add_done_callback(lambda done: self._on_reply(kept, done))
+
+    def _on_reply(self, kept: Kept, done: Future) -> None:
+        if done is not kept.sent:
+            return  # It was given up.
+        reply = reply_of(done.result())
+        if not reply['ok'] and self._is_logged(kept.answer):
+            reply = {'ok': True, 'message': 'noted before the connection was lost'}
+        self._finish(kept, reply)
+
+    def _is_logged(self, answer: Answer) -> bool:
+        """Whether the learner had taken it, and only its reply was lost: the log has the same words."""
+        said = (answer.query_id, answer.verdict, answer.preferred, answer.avoided, answer.expert_id, answer.comment)
+        return any(
+            said == (one.query_id, one.verdict, one.preferred, one.avoided, one.expert_id, one.comment)
+            for one, _ in self._listener.entries
+        )
+
+    def _finish(self, kept: Kept, reply: Reply) -> None:
+        self._kept.pop(kept.uid, None)
+        self._replied[kept.uid] = kept.promise
+        while len(self._replied) > REMEMBERED:
+            self._replied.popitem(last=False)
+        _resolve(kept.promise, reply)
+        self._forward()
+
+    def _on_tick(self) -> None:
+        """Try what is kept again, and give up what nobody replies to."""
+        now = time.monotonic()
+        for kept in self._kept.values():
+            if kept.sent is not None and (now - kept.sent_s > PATIENCE_S or not self._listener.learner_alive()):
+                self._answer.remove_pending_request(kept.sent)
+                kept.sent = None
+        self._forward()
+        for waiting in self._waiting:
+            if now > waiting.until_s:
+                _resolve(waiting.promise, _no(f'no reply to {waiting.what} within {PATIENCE_S:g} s'))
+        self._waiting = [waiting for waiting in self._waiting if not waiting.promise.done()]
+
+
+def _no(message: str) -> Reply:
+    return {'ok': False, 'message': message}
+
+
+def _resolve(promise: Promise[Reply], reply: Reply) -> None:
+    if not promise.done():
+        promise.set_result(reply)
+
+
+def _preview_of(answer: Answer) -> PreviewAnswer.Request:
+    return PreviewAnswer.Request(
+        query_id=answer.query_id, verdict=answer.verdict,
+        preferred=list(answer.preferred), avoided=list(answer.avoided), part=list(answer.part),
+    )
+
+
+def reply_of(response: Any) -> Reply:
+    """A service's or an action's response as the page reads it."""
+    if isinstance(response, AnswerQuery.Response):
+        return {
+            'ok': response.accepted, 'code': int(response.code), 'message': response.message,
+            'contradicts': [int(one) for one in response.contradicts], 'advice': int(response.advice_id),
+        }
+    if isinstance(response, PreviewAnswer.Response):
+        return _preview_reply(response)
+    if isinstance(response, Trigger.Response | RetractAdvice.Response):
+        return {'ok': response.success, 'message': response.message}
+    taken = bool(response.accepted)  # A goal's handle.
+    return {'ok': taken, 'message': 'on its way' if taken else 'the policy node refused; its state tells why'}
+
+
+def _preview_reply(response: PreviewAnswer.Response) -> Reply:
+    return {
+        'ok': response.valid, 'code': int(response.code), 'message': response.message,
+        'contradicts': [int(one) for one in response.contradicts],
+        'changed': [int(state) for state in response.changed_states],
+        'actions': [int(action) for action in response.changed_actions],
+        'before': [int(state) for state in response.route_before],
+        'after': [int(state) for state in response.route_after],
+        'reaches': [response.reaches_goal_before, response.reaches_goal_after],
+        'success': [response.expected_success_before, response.expected_success_after],
+        'seconds': response.solve_s,
+    }

@@ -1,0 +1,185 @@
+"""Hears the graph and keeps a board of it."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections import deque
+
+import numpy as np
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from geometry_msgs.msg import PoseStamped
+from rclpy.clock import Clock, ClockType
+from rclpy.node import Node
+from sensor_msgs.msg import BatteryState
+
+from advise_msgs import msg
+from advise_ros.config import AdviseConfig
+from advise_ros.console import views
+from advise_ros.console.board import Board
+from advise_ros.core.advice import AdviceRecord, Query
+from advise_ros.core.counts import count
+from advise_ros.core.demonstration import Demonstration, known, standing
+from advise_ros.core.errors import AdviseError
+from advise_ros.core.grid import Grid
+from advise_ros.ros import convert, convert_advice, qos
+
+TICK_S = 0.25
+# A track is a point each time the drone has moved by this share of a cell, the latest so many.
+TRACK_STEP_CELLS = 0.1
+TRACK_POINTS = 1500
+LEARNER = 'advise'
+LEVELS = {DiagnosticStatus.OK: 'ok', DiagnosticStatus.WARN: 'warn', DiagnosticStatus.ERROR: 'error'}
+
+
+class Listener:
+    """Subscribes to what the page shows; everything happens in the thread of the node's executor.
+
+    Attributes:
+        board: the sections `map`, `flown`, `policy`, `gains`, `query`, `log`, `learner`, `vehicle`, `flight`,
+            `battery`, `nodes`, `drone` and `track`, as far as something was heard.
+        query: the open question, None while there is none.
+        grid: of the session, None before the first message that has one.
+    """
+
+    def __init__(self, node: Node, silence_s: float, grid: Grid | None = None) -> None:
+        """Joins the graph; a node that says nothing for `silence_s` (steady time) counts as gone."""
+        self.board = Board()
+        self.query: Query | None = None
+        self.grid: Grid | None = None
+        self.entries: list[tuple[AdviceRecord, int]] = []
+        self._silence_s = silence_s
+        self._demonstrations: tuple[Demonstration, ...] = ()
+        self._policy: msg.Policy | None = None
+        self._gains: dict[int, dict[str, object]] = {}
+        self._health: dict[str, tuple[DiagnosticStatus, float]] = {}
+        self._track: deque[tuple[float, float]] = deque(maxlen=TRACK_POINTS)
+        if grid is not None:
+            self._on_grid(grid)
+        self._subscribe(node)
+        node.create_timer(TICK_S, self._on_tick, clock=Clock(clock_type=ClockType.STEADY_TIME))
+
+    def _subscribe(self, node: Node) -> None:
+        listen = node.create_subscription
+        listen(msg.Demonstration, 'demonstration', self._on_demonstration, qos.DEMONSTRATIONS)
+        listen(msg.Policy, 'advise/policy', self._on_policy, qos.latched())
+        listen(msg.AdviceQuery, 'advise/query', self._on_query, qos.latched())
+        listen(msg.Advice, 'advise/advice_log', self._on_advice, qos.ADVICE_LOG)
+        listen(msg.LearnerStatus, 'advise/status', self._on_learner, qos.latched())
+        listen(msg.VehicleStatus, 'vehicle_status', lambda m: self.board.put('vehicle', views.vehicle_view(m)), qos.latched())
+        listen(msg.FlightStatus, 'policy/status', lambda m: self.board.put('flight', views.flight_view(m)), qos.latched())
+        listen(BatteryState, 'battery_state', self._on_battery, qos.SENSOR)
+        listen(PoseStamped, 'pose', self._on_pose, qos.SENSOR)
+        listen(DiagnosticArray, '/diagnostics', self._on_diagnostics, 100)
+
+    # -- the learner -------------------------------------------------------------------------
+    def learner_alive(self) -> bool:
+        """Whether the learner said something of itself lately."""
+        heard = self._health.get(LEARNER)
+        return heard is not None and time.monotonic() - heard[1] <= self._silence_s
+
+    def _on_grid(self, grid: Grid) -> None:
+        if grid != self.grid:
+            self.grid = grid
+            self.board.put('map', views.map_view(grid))
+
+    def _on_demonstration(self, message: msg.Demonstration) -> None:
+        try:
+            demonstration = convert.demonstration_from_msg(message)
+        except (AdviseError, ValueError):
+            return  # The learner refuses it too, and says so on /diagnostics.
+        if not known(demonstration, self._demonstrations):
+            self._demonstrations += (demonstration,)
+            self._on_grid(demonstration.grid)
+            self._show_flown()
+
+    def _held(self) -> tuple[Demonstration, ...]:
+        return tuple(one for one in standing(self._demonstrations) if one.grid == self.grid)
+
+    def _show_flown(self) -> None:
+        if self.grid is not None:
+            self.board.put('flown', views.flown_view(self.grid, self._held()))
+        self._show_policy()
+        self._show_query()
+
+    def _on_policy(self, message: msg.Policy) -> None:
+        before, self._policy = self._policy, message
+        self._on_grid(convert.grid_from_msg(message.grid))
+        if before is not None and message.version < before.version:  # Another learner has started.
+            self._gains.clear()
+        self._show_policy()
+        self._show_gain(before)
+
+    def _show_policy(self) -> None:
+        if self._policy is None or self.grid is None or len(self._policy.greedy) != self.grid.n_states:
+            return
+        taken = count(self.grid, self._held()).taken.astype(np.float64)
+        unsure = views.uncertainty(self._policy, taken, AdviseConfig.laplace, AdviseConfig.w_p)
+        self.board.put('policy', views.policy_view(self._policy, self.grid, unsure))
+
+    def _show_gain(self, before: msg.Policy | None) -> None:
+        """What the entries of the log since the policy before have bought, kept by the newest of them."""
+        now, shown = self._policy, self.board.sections.get('policy')
+        if before is None or now is None or shown is None or now.log_length <= before.log_length:
+            return
+        if len(before.greedy) == len(now.greedy):
+            changed = int((np.asarray(before.greedy) != np.asarray(now.greedy)).sum())
+            gain = {'entry': int(now.log_length), 'changed': changed, 'reaches': shown.value['reaches']}
+            self._gains[int(now.log_length)] = {**gain, 'success': shown.value['success']}
+            self.board.put('gains', list(self._gains.values()))
+
+    def _on_query(self, message: msg.AdviceQuery) -> None:
+        self._on_grid(convert.grid_from_msg(message.grid))
+        self.query = convert_advice.query_from_msg(message)
+        self._show_query()
+        if self.query is None:
+            self.board.put('query', {'id': 0, 'question': message.question, 'states': [], 'moments': []})
+
+    def _show_query(self) -> None:
+        if self.query is not None and self.grid is not None:
+            moments = views.moments_of(self.query, self.grid, self._held())
+            self.board.put('query', views.query_view(self.query, moments))
+
+    def _on_advice(self, message: msg.Advice) -> None:
+        self.entries.append((convert_advice.advice_from_msg(message), convert.stamp_to_ns(message.header.stamp)))
+        self.board.put('log', views.log_view(self.entries))
+
+    def _on_learner(self, message: msg.LearnerStatus) -> None:
+        self.board.put('learner', views.learner_view(message))
+
+    # -- the vehicle -------------------------------------------------------------------------
+    def _on_battery(self, message: BatteryState) -> None:
+        if math.isfinite(message.percentage) and message.percentage >= 0:
+            self.board.put('battery', round(100 * message.percentage))
+
+    def _on_pose(self, message: PoseStamped) -> None:
+        at, turn = message.pose.position, message.pose.orientation
+        if not all(map(math.isfinite, (at.x, at.y, at.z))):
+            return
+        yaw = math.atan2(2 * (turn.w * turn.z + turn.x * turn.y), 1 - 2 * (turn.y**2 + turn.z**2))
+        self.board.put('drone', [round(at.x, 2), round(at.y, 2), round(at.z, 2), round(yaw, 2)])
+        step = TRACK_STEP_CELLS * (self.grid.resolution_m if self.grid is not None else 1.0)
+        if not self._track or math.dist(self._track[-1], (at.x, at.y)) >= step:
+            self._track.append((round(at.x, 2), round(at.y, 2)))
+
+    def track(self) -> list[tuple[float, float]]:
+        """Where the drone was, oldest first; a page that opens starts with it and goes on from `drone`."""
+        return list(self._track)
+
+    # -- the nodes ---------------------------------------------------------------------------
+    def _on_diagnostics(self, message: DiagnosticArray) -> None:
+        now = time.monotonic()
+        self._health.update({status.name.rsplit('/', 1)[-1]: (status, now) for status in message.status})
+
+    def _on_tick(self) -> None:
+        """Tell the state of all nodes, those that have fallen silent included."""
+        now = time.monotonic()
+        nodes = [
+            {
+                'name': name, 'level': LEVELS.get(status.level, 'error') if now - heard <= self._silence_s else 'silent',
+                'message': status.message,
+            }
+            for name, (status, heard) in sorted(self._health.items())
+        ]
+        self.board.put('nodes', nodes)
+        self.board.put('graph', {'learner': self.learner_alive(), 'heard': LEARNER in self._health})

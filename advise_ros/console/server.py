@@ -1,0 +1,145 @@
+"""The page's server: NiceGUI in a thread of its own."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import socket
+import threading
+from pathlib import Path
+from typing import Any
+
+from nicegui import app, background_tasks, ui
+from nicegui.server import Server
+
+from advise_ros.console.board import newer
+from advise_ros.console.desk import Desk
+from advise_ros.console.listener import Listener
+from advise_ros.console.protection import Gate, Protection
+from advise_ros.core.errors import InputError
+
+STATIC = Path(__file__).parent / 'static'
+HOST = '127.0.0.1'
+# A page that hears nothing for some of these says that it is cut off.
+BEAT_S = 1.0
+STOP_PATIENCE_S = 3.0
+# A browser that is away for longer loads the page anew.
+RECONNECT_S = 30.0
+# Browsers load the page's files again when they have changed.
+CACHE_S = 0
+
+
+def bind(port: int) -> socket.socket:
+    """A socket on the local host; port 0 takes any that is free.
+
+    Raises:
+        InputError: somebody else has it.
+    """
+    bound = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+    bound.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    try:
+        bound.bind((HOST, port))
+        bound.listen()  # Who comes before the server is up waits, and is not turned away.
+    except OSError as problem:
+        bound.close()
+        reason = f'port {port} of {HOST} cannot be used ({problem.strerror})'
+        raise InputError(f'{reason}; name another by -p port:=N, or 0 for any') from None
+    return bound
+
+
+class Page(ui.element, component='static/console.js'):
+    """One open browser window."""
+
+    def __init__(self, listener: Listener, desk: Desk) -> None:
+        super().__init__()
+        self._desk = desk
+        sections = listener.board.sections
+        self.known = {name: section.version for name, section in sections.items()}
+        self._props['start'] = {name: section.value for name, section in sections.items()} | {'track': listener.track()}
+        self.on('act', self._on_act)
+        self.on('hello', self._on_hello)
+
+    def _on_hello(self) -> None:
+        """The window was cut off; it gets everything again."""
+        self.known.clear()
+
+    async def _on_act(self, event: Any) -> None:
+        given = event.args
+        if not isinstance(given, dict) or not isinstance(given.get('given'), dict):
+            return
+        promise = self._desk.act(str(given.get('name')), given['given'])
+        reply = await asyncio.wrap_future(promise)
+        if not self.is_deleted:
+            self.run_method('reply', given.get('id'), reply)
+
+
+class PageServer:
+    """Serves the listener's board to every window, and takes their acts to the desk.
+
+    Attributes:
+        failure: why it serves no more, empty while it does.
+    """
+
+    def __init__(self, listener: Listener, desk: Desk, gate: Gate, bound: socket.socket, rate_hz: float) -> None:
+        self._listener, self._desk, self._bound = listener, desk, bound
+        self._period_s = 1.0 / rate_hz
+        self._pages: set[Page] = set()
+        self.failure = ''
+        self._thread = threading.Thread(target=self._run, name='page-server', daemon=True)
+        app.add_static_files('/console', STATIC, max_cache_age=CACHE_S)
+        app.add_middleware(Protection, gate=gate)
+        app.on_startup(lambda: background_tasks.create(self._push_for_ever(), name='push'))
+        ui.page('/', title='advise', response_timeout=30)(self._open)
+
+    def start(self) -> None:
+        self._thread.start()
+
+    def stop(self) -> None:
+        """Close every connection; returns when the thread has ended, or after some seconds."""
+        server = getattr(Server, 'instance', None)
+        if server is not None:
+            server.should_exit = True
+        if self._thread.is_alive():
+            self._thread.join(STOP_PATIENCE_S)
+        self._bound.close()
+
+    def _run(self) -> None:
+        os.environ.pop('PYTEST_CURRENT_TEST', None)  # Whoever tests with this node: NiceGUI would take a port of its own tests.
+        try:
+            self._serve()
+        except (Exception, SystemExit) as problem:  # noqa: BLE001  the thread's end is the page's end, whatever ended it
+            self.failure = f'the page cannot be served any more: {type(problem).__name__}: {problem}'
+
+    def _serve(self) -> None:
+        ui.run(
+            host=HOST, port=self._bound.getsockname()[1], fd=self._bound.fileno(), reload=False, show=False, tailwind=False,
+            show_welcome_message=False, dark=None, favicon=STATIC / 'icon.svg', reconnect_timeout=RECONNECT_S,
+            binding_refresh_interval=None, access_log=False, timeout_graceful_shutdown=1,
+        )
+
+    def _open(self) -> None:
+        ui.add_css(':root { color-scheme: light dark }')
+        ui.add_head_html('<link rel="stylesheet" href="/console/console.css">')
+        page = Page(self._listener, self._desk)
+        self._pages.add(page)
+        ui.context.client.on_delete(lambda: self._pages.discard(page))
+
+    async def _push_for_ever(self) -> None:
+        beat_s = 0.0
+        while True:
+            await asyncio.sleep(self._period_s)
+            beat_s += self._period_s
+            beat = beat_s >= BEAT_S
+            for page in list(self._pages):
+                self._push(page, beat)
+            beat_s = 0.0 if beat else beat_s
+
+    def _push(self, page: Page, beat: bool) -> None:
+        if page.is_deleted:
+            self._pages.discard(page)
+        elif page.client.has_socket_connection:
+            news = newer(self._listener.board.sections, page.known)
+            if news or beat:
+                page.known.update({name: section.version for name, section in news.items()})
+                people = sum(one.client.has_socket_connection for one in self._pages)
+                page.run_method('take', {name: section.value for name, section in news.items()}, people)

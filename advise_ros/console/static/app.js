@@ -1,0 +1,267 @@
+// The page: what the drone asks, the map, the answer, and the drone itself.
+import Compass from '/console/compass.js';
+import GridMap from '/console/map.js';
+import History from '/console/history.js';
+import Robot from '/console/robot.js';
+import { Link } from '/console/link.js';
+import template from '/console/template.js';
+import { layerViews, describe } from '/console/layers.js';
+import { keyAct } from '/console/keys.js';
+import { ANSWER, CONTRADICTION, MIXED, SKIP, SPLIT, UNSURE, assumed, count, list, names, percent, said } from '/console/words.js';
+
+const PREVIEW_AFTER_MS = 250, STALE_MS = 4000, NOTE_MS = 12000, TRACK_POINTS = 1500;
+const MOMENT_CELLS_A_SECOND = 3.5;
+
+export default {
+  components: { Compass, GridMap, History, Robot },
+  props: { start: Object },
+  template,
+  data() {
+    return {
+      s: {}, up: true, stale: false, people: 1, kept: [], preferred: [], avoided: [], comment: '', by: localStorage.getItem('advise-name') || '',
+      theme: localStorage.getItem('advise-theme') || 'auto', systemDark: matchMedia('(prefers-color-scheme: dark)').matches,
+      layer: 0, show: { unsure: false, flown: true, policy: true, route: true }, preview: null, previewing: false, clash: null, note: null,
+      drawing: false, part: new Set(), cursor: -1, looked: null, replaying: -1, help: false, sending: false,
+    };
+  },
+  computed: {
+    map() { return this.s.map; },
+    query() { return this.s.query && this.s.query.id ? this.s.query : null; },
+    learner() { return this.s.learner || { phase: 'waiting', message: 'No learner is heard yet.', contradictions: [] }; },
+    open() { return Boolean(this.query) && this.learner.phase !== 'learning' && !this.answered; },
+    answered() { return this.query && (this.s.log || []).some((entry) => entry.query === this.query.id && !entry.retracted); },
+    dark() { return this.theme === 'dark' || (this.theme === 'auto' && this.systemDark); },
+    wrong() { return this.avoided.length ? this.avoided : assumed(this.preferred); },
+    assumedWrong() { return this.avoided.length || !this.preferred.length ? [] : assumed(this.preferred); },
+    isReady() { return this.drawing ? this.part.size > 0 && this.part.size < this.query?.states.length : this.preferred.length > 0 && this.wrong.length > 0; },
+    sentence() {
+      if (this.drawing) return this.part.size ? `You say: these ${this.part.size} of ${count(this.query.states.length, 'cell')} go another way than the rest.` : 'Mark the cells that go another way than the rest.';
+      if (!this.preferred.length) return this.avoided.length ? `You say: ${names(this.avoided)} ${this.avoided.length > 1 ? 'are' : 'is'} wrong. Which direction is right?` : 'Which direction is right in the marked cells?';
+      return `You say: ${names(this.preferred)} ${this.preferred.length > 1 ? 'are' : 'is'} right, ${names(this.wrong)} ${this.wrong.length > 1 ? 'are' : 'is'} wrong.`;
+    },
+    before() {
+      if (!this.query) return [];
+      const asked = new Set(this.query.states);
+      return (this.s.log || []).filter((entry) => !entry.retracted && entry.verdict === ANSWER && entry.states.some((state) => asked.has(state)));
+    },
+    clashing() {
+      const ids = this.clash ? this.clash.ids : this.preview?.contradicts || [];
+      return (this.s.log || []).filter((entry) => ids.includes(entry.id) && !entry.retracted);
+    },
+    layers() { return this.map ? layerViews(this) : []; },
+    order() {
+      const asked = (layer) => this.layers[layer]?.asked.size || 0;
+      return [...this.layers.keys()].sort((a, b) => (asked(b) > 0) - (asked(a) > 0) || a - b);
+    },
+    mapLabel() { return this.map ? describe(this, this.layer) : 'No map yet'; },
+    alarm() {
+      if (!this.up || this.stale) return 'No connection to the console. The page tries again by itself; an answer that you give now is kept and sent once.';
+      const graph = this.s.graph;
+      if (graph && !graph.learner) return graph.heard ? 'The learner is silent. An answer that you give now is kept and sent once when it is back.' : 'No learner is heard yet; start it, or wait.';
+      return '';
+    },
+    troubled() { return (this.s.nodes || []).filter((node) => node.level === 'error' || node.level === 'silent'); },
+    canCommand() { return this.up && !this.stale; },
+    status() {
+      if (this.learner.phase === 'learning') return 'The drone is learning …';
+      if (this.query && this.open) return `The drone asks: question ${this.query.id}`;
+      return this.query && this.answered ? `Question ${this.query.id} is answered; the drone is learning …` : this.learner.message;
+    },
+  },
+  watch: {
+    'query.id'(now, before) { if (before !== undefined || now) this.onQuestion(); },
+    dark: { immediate: true, handler(dark) { document.documentElement.dataset.theme = dark ? 'dark' : 'light'; } },
+    theme(theme) { localStorage.setItem('advise-theme', theme); },
+    by(by) { localStorage.setItem('advise-name', by); },
+    preferred() { this.askPreview(); },
+    avoided() { this.askPreview(); },
+  },
+  created() {
+    this.moving = { drone: null, track: [], moment: null };
+    this.link = new Link((...args) => this.$emit(...args), (answers) => { this.kept = answers; });
+    this.kept = this.link.answers;
+    this.heard = performance.now();
+    this.take(this.start || {}, 1);
+  },
+  mounted() {
+    document.title = 'advise';
+    this.timer = setInterval(() => this.look(), 500);
+    document.addEventListener('keydown', (event) => keyAct(this, event));
+    matchMedia('(prefers-color-scheme: dark)').addEventListener('change', (event) => { this.systemDark = event.matches; });
+    this.frame();
+  },
+  methods: {
+    count, list, names, percent, said,
+    // -- from the server -----------------------------------------------------------------
+    take(sections, people) {
+      this.heard = performance.now();
+      this.people = people;
+      const { drone, track, ...rest } = sections;
+      if (track) this.moving.track = track.slice();
+      if (drone) this.fly(drone);
+      for (const [name, value] of Object.entries(rest)) this.s[name] = Object.freeze(value);
+    },
+    reply(id, reply) { this.link.reply(id, reply); },
+    fly(drone) {
+      this.moving.drone = drone;
+      const track = this.moving.track, last = track[track.length - 1], step = 0.1 * (this.map?.resolution || 1);
+      if (!last || Math.hypot(last[0] - drone[0], last[1] - drone[1]) >= step) track.push([drone[0], drone[1]]);
+      if (track.length > TRACK_POINTS) track.shift();
+      this.moved = true;
+    },
+    look() {
+      this.up = this.link.look();
+      this.stale = performance.now() - this.heard > STALE_MS;
+    },
+    frame() {
+      if (this.moved || this.moving.moment) {
+        this.moved = false;
+        this.advance();
+        this.$refs.map?.move(this.moving);
+      }
+      requestAnimationFrame(() => this.frame());
+    },
+    // -- the question --------------------------------------------------------------------
+    onQuestion() {
+      this.preferred = []; this.avoided = []; this.comment = ''; this.preview = null; this.clash = this.clash?.soft ? this.clash : null;
+      this.drawing = false; this.part = new Set(); this.cursor = -1; this.stopReplay();
+      if (this.query && this.map) {
+        const size = this.map.width * this.map.height, hits = Array(this.map.layers).fill(0);
+        for (const state of this.query.states) hits[Math.floor(state / size)]++;
+        this.layer = hits.indexOf(Math.max(...hits));
+      }
+    },
+    prefer(action) {
+      this.avoided = this.avoided.filter((one) => one !== action);
+      this.preferred = this.preferred.includes(action) ? this.preferred.filter((one) => one !== action) : [...this.preferred, action].sort();
+    },
+    avoid(action) {
+      this.preferred = this.preferred.filter((one) => one !== action);
+      this.avoided = this.avoided.includes(action) ? this.avoided.filter((one) => one !== action) : [...this.avoided, action].sort();
+    },
+    clear(action) {
+      this.preferred = this.preferred.filter((one) => one !== action);
+      this.avoided = this.avoided.filter((one) => one !== action);
+    },
+    avoidOthers() { this.avoided = [0, 1, 2, 3].filter((action) => !this.preferred.includes(action)); },
+    given(verdict) {
+      const said = verdict === ANSWER;
+      return {
+        query: this.query.id, states: this.query.states, verdict, preferred: said ? this.preferred : [], avoided: said ? this.wrong : [],
+        part: verdict === SPLIT ? this.partStates() : [], by: this.by.trim(), comment: this.comment.trim(),
+      };
+    },
+    askPreview() {
+      clearTimeout(this.previewTimer);
+      this.preview = null;
+      if (this.clash && !this.clash.soft) this.clash = null;
+      if (this.open && this.preferred.length && this.wrong.length && this.canCommand) this.previewTimer = setTimeout(() => this.fetchPreview(), PREVIEW_AFTER_MS);
+      else this.previewing = false;
+    },
+    async fetchPreview() {
+      const given = this.given(ANSWER), key = JSON.stringify(given);
+      this.previewing = true;
+      const reply = await this.link.send('preview', given);
+      if (!this.query || JSON.stringify(this.given(ANSWER)) !== key) return;
+      this.previewing = false;
+      this.preview = reply;
+    },
+    previewText() {
+      const p = this.preview;
+      if (this.previewing) return 'Trying it out …';
+      if (!p) return '';
+      if (!p.ok) return p.message;
+      const route = p.reaches[1] ? 'reaches the final waypoint' : 'does not reach the final waypoint';
+      return `${count(p.changed.length, 'cell')} would change; the route then ${route}; ${percent(p.success[0])} → ${percent(p.success[1])} expected success (learnt in ${p.seconds.toFixed(1)} s).`;
+    },
+    async send() {
+      if (!this.isReady || !this.query || this.answered) return;
+      await this.give(this.drawing ? SPLIT : ANSWER);
+    },
+    async give(verdict) {
+      if (!this.query || this.answered || this.sending) return;
+      const given = this.given(verdict), picks = [this.preferred, this.avoided];
+      this.sending = true;
+      const waiting = setTimeout(() => { this.sending = false; this.tell('Your answer is kept; it is sent when the learner is back.'); }, 1500);
+      const reply = await this.link.answer(given);
+      clearTimeout(waiting);
+      this.sending = false;
+      this.onGiven(given, reply, picks);
+    },
+    onGiven(given, reply, picks) {
+      const refused = reply.code === CONTRADICTION;
+      if (reply.contradicts?.length) this.clash = { ids: reply.contradicts, mine: reply.advice, soft: !refused };
+      if (reply.ok) this.tell(reply.contradicts?.length ? `Answer ${reply.advice} is noted, though it contradicts an earlier one.` : `Thank you: ${reply.advice ? `answer ${reply.advice} is noted` : reply.message}.`);
+      else this.tell(`Not taken: ${reply.message}.`, true);
+      if (!reply.ok && this.query?.id === given.query && given.verdict === ANSWER) [this.preferred, this.avoided] = picks;
+    },
+    skip() { this.give(SKIP); },
+    unsure() { this.give(UNSURE); },
+    mixed() {
+      if (!this.open) return;
+      this.drawing = !this.drawing;
+      this.part = new Set();
+      this.cursor = this.drawing ? this.cells()[0] ?? -1 : -1;
+      this.preferred = []; this.avoided = [];
+    },
+    splitItself() { this.drawing = false; this.part = new Set(); this.cursor = -1; this.give(MIXED); },
+    cells() { return [...(this.layers[this.layer]?.asked || [])]; },
+    // The part is kept as states, so that it may lie in several layers.
+    mark(cell, on) {
+      const size = this.map.width * this.map.height, state = this.layer * size + cell;
+      if (!this.query || !this.query.states.includes(state)) return;
+      const part = new Set(this.part);
+      if (on ?? !part.has(state)) part.add(state); else part.delete(state);
+      this.part = part;
+      this.cursor = cell;
+    },
+    partStates() { return [...this.part].sort((a, b) => a - b); },
+    // -- acts ----------------------------------------------------------------------------
+    async act(name, given = {}) {
+      const reply = await this.link.send(name, given);
+      const what = { hold: 'Hold', fly: 'Fly', takeoff: 'Take off', land: 'Land', undo: 'Undo', retract: 'Take back', record_start: 'Record', record_stop: 'Stop', record_discard: 'Discard' }[name];
+      this.tell(`${what}: ${reply.message}.`, !reply.ok);
+      return reply;
+    },
+    async retract(advice) {
+      const reply = await this.act('retract', { advice });
+      if (reply.ok && this.clash) this.clash = null;
+      if (reply.ok) this.askPreview();
+    },
+    undo() {
+      if (this.drawing) this.mixed();
+      else if (this.preferred.length || this.avoided.length) { this.preferred = []; this.avoided = []; }
+      else this.act('undo');
+    },
+    tell(text, bad = false) {
+      this.note = { text, bad };
+      clearTimeout(this.noteTimer);
+      this.noteTimer = setTimeout(() => { this.note = null; }, NOTE_MS);
+    },
+    nextTheme() { this.theme = { auto: 'dark', dark: 'light', light: 'auto' }[this.theme]; },
+    overlap(entry) {
+      const asked = new Set(this.query?.states || []);
+      return entry.states.filter((state) => asked.has(state)).length;
+    },
+    // -- replay of the flown moments ------------------------------------------------------
+    replay() {
+      if (this.replaying >= 0) return this.stopReplay();
+      if (this.query?.moments.length) this.startMoment(0);
+    },
+    startMoment(index) {
+      const moment = this.query.moments[index];
+      this.replaying = index;
+      this.layer = moment.layer;
+      this.moving.moment = { cells: moment.cells, done: 0, began: performance.now() };
+    },
+    advance() {
+      const moment = this.moving.moment;
+      if (!moment) return;
+      moment.done = (performance.now() - moment.began) / 1000 * MOMENT_CELLS_A_SECOND;
+      if (moment.done < moment.cells.length) return;
+      if (this.query && this.replaying + 1 < this.query.moments.length) this.startMoment(this.replaying + 1);
+      else this.stopReplay();
+    },
+    stopReplay() { this.replaying = -1; this.moving.moment = null; this.moved = true; },
+  },
+};

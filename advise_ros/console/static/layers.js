@@ -1,0 +1,71 @@
+// One view a waypoint layer, as the painter takes it, out of the sections of the page.
+import { count, percent } from '/console/words.js';
+
+function perLayer(map, states, put) {
+  const size = map.width * map.height;
+  states.forEach((state, index) => put(Math.floor(state / size), state % size, index));
+}
+
+// The cells of a route in one layer, with the cell where it leaves it.
+function routeIn(route, layer, size) {
+  const cells = [];
+  route.forEach((state, index) => {
+    if (Math.floor(state / size) === layer) cells.push(state % size);
+    else if (index && Math.floor(route[index - 1] / size) === layer) cells.push(state % size);
+  });
+  return cells;
+}
+
+let flownOf = null, flownLayers = [];
+function flownPerLayer(map, flown) {
+  if (flownOf === flown) return flownLayers;
+  flownLayers = Array.from({ length: map.layers }, () => new Map());
+  perLayer(map, flown.states, (layer, cell, index) => flownLayers[layer].set(cell, flown.taken.slice(4 * index, 4 * index + 4)));
+  flownOf = flown;
+  return flownLayers;
+}
+
+export function layerViews(page) {
+  const { map, s, query, show, preview } = page, size = map.width * map.height;
+  const sets = () => Array.from({ length: map.layers }, () => new Set());
+  const asked = sets(), part = sets(), clash = sets(), changes = Array.from({ length: map.layers }, () => new Map());
+  if (query) perLayer(map, query.states, (layer, cell) => asked[layer].add(cell));
+  perLayer(map, [...page.part], (layer, cell) => part[layer].add(cell));
+  const shared = query ? new Set(query.states) : new Set();
+  for (const entry of page.clashing) perLayer(map, page.clash?.soft ? entry.states : entry.states.filter((state) => shared.has(state)), (layer, cell) => clash[layer].add(cell));
+  if (page.looked) perLayer(map, page.looked.states, (layer, cell) => part[layer].add(cell));
+  if (preview?.ok) perLayer(map, preview.changed, (layer, cell, index) => changes[layer].set(cell, preview.actions[index]));
+  const flown = s.flown && flownPerLayer(map, s.flown), policy = s.policy?.greedy.length === size * map.layers ? s.policy : null;
+  return Array.from({ length: map.layers }, (_, layer) => ({
+    layer, asked: asked[layer], part: part[layer], clash: clash[layer], changes: changes[layer], show, next: layer,
+    final: layer === map.layers - 1 ? map.waypoints[layer] : -1, flown: flown && flown[layer],
+    greedy: policy && policy.greedy.slice(layer * size, (layer + 1) * size),
+    unsure: policy && policy.unsure.slice(layer * size, (layer + 1) * size),
+    routes: show.route ? routes(page, layer, size) : [],
+  }));
+}
+
+function routes(page, layer, size) {
+  const { s, preview } = page;
+  if (preview?.ok) {
+    return [
+      { cells: routeIn(preview.before, layer, size), dashed: true, colour: 'route' },
+      { cells: routeIn(preview.after, layer, size), colour: 'change', width: 0.09, stuck: !preview.reaches[1] && endsIn(preview.after, layer, size) },
+    ];
+  }
+  if (!s.policy) return [];
+  return [{ cells: routeIn(s.policy.route, layer, size), dashed: true, colour: 'route', stuck: !s.policy.reaches && endsIn(s.policy.route, layer, size) }];
+}
+
+const endsIn = (route, layer, size) => route.length > 0 && Math.floor(route[route.length - 1] / size) === layer;
+
+// The map in words, for those who do not see it.
+export function describe(page, layer) {
+  const { map } = page, view = page.layers[layer], cells = [...view.asked];
+  const columns = cells.map((cell) => cell % map.width), rows = cells.map((cell) => Math.floor(cell / map.width));
+  const span = (name, values) => `${name} ${Math.min(...values)} to ${Math.max(...values)}`;
+  const asked = cells.length ? `${count(cells.length, 'cell')} asked about, ${span('columns', columns)}, ${span('rows', rows)}` : 'nothing asked here';
+  const after = page.preview?.ok ? `; ${count(view.changes.size, 'cell')} would change` : '';
+  const success = page.s.policy ? `; expected success ${percent(page.s.policy.success)}` : '';
+  return `Map on the way to waypoint ${layer + 1}, ${map.width} by ${map.height} cells, north up: ${asked}${after}${success}`;
+}

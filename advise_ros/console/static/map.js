@@ -1,0 +1,62 @@
+// One map on two canvases: what changes with the question below, what moves above.
+import { Painter } from '/console/painter.js';
+
+export default {
+  props: { map: Object, view: Object, dark: Boolean, small: Boolean, label: String, drawing: Boolean, cursor: { type: Number, default: -1 } },
+  emits: ['mark'],
+  template: `
+    <div class="map" ref="box">
+      <canvas ref="base" role="img" :aria-label="label"></canvas>
+      <canvas ref="over" class="over" aria-hidden="true" :class="{drawing}"
+        @pointerdown="onDown" @pointermove="onMove" @pointerup="stroke = null"></canvas>
+    </div>`,
+  created() {
+    this.stroke = null;
+    this.moving = { drone: null, track: [], cursor: -1, moment: null };
+  },
+  mounted() {
+    this.basePainter = new Painter(this.$refs.base);
+    this.overPainter = new Painter(this.$refs.over);
+    this.watcher = new ResizeObserver(() => this.paint());
+    this.watcher.observe(this.$refs.box);
+    this.paint();
+  },
+  unmounted() { this.watcher.disconnect(); },
+  watch: {
+    view() { this.paint(); },
+    map() { this.paint(); },
+    dark() { this.paint(); },
+    cursor() { this.move(this.moving); },
+  },
+  methods: {
+    paint() {
+      const width = Math.floor(this.$refs.box.clientWidth);
+      if (!this.map || !width) return;
+      const room = this.small ? width : Math.min(width, Math.max(280, (window.innerHeight - 190) * this.map.width / this.map.height));
+      this.basePainter.fit(this.map, room, this.dark);
+      this.overPainter.fit(this.map, room, this.dark);
+      this.basePainter.base(this.view);
+      this.move(this.moving);
+      performance.mark('map-painted');
+    },
+    // moving: {drone, track, moment}; called often, so it goes past Vue.
+    move(moving) {
+      this.moving = moving;
+      if (this.map && this.overPainter?.map) this.overPainter.over({ ...moving, cursor: this.cursor });
+    },
+    onDown(event) {
+      if (!this.drawing) return;
+      event.target.setPointerCapture(event.pointerId);
+      this.stroke = { on: null, seen: new Set() };
+      this.onMove(event);
+    },
+    onMove(event) {
+      if (!this.stroke) return;
+      const cell = this.overPainter.cellAt(event.offsetX, event.offsetY);
+      if (cell < 0 || this.stroke.seen.has(cell)) return;
+      this.stroke.seen.add(cell);
+      this.stroke.on = this.stroke.on ?? !this.view.part.has(cell);
+      this.$emit('mark', cell, this.stroke.on);
+    },
+  },
+};

@@ -1,0 +1,72 @@
+"""The node that serves the person's page."""
+
+from __future__ import annotations
+
+import rclpy
+from rclpy.clock import Clock, ClockType
+from rclpy.node import Node
+
+from advise_ros.config import ConsoleConfig
+from advise_ros.console.desk import Desk
+from advise_ros.console.listener import Listener
+from advise_ros.console.protection import Gate
+from advise_ros.console.server import HOST, PageServer, bind
+from advise_ros.recording.gridfile import load_grid
+from advise_ros.ros import diagnostics, parameters, run
+
+WATCH_S = 0.5
+
+
+class ConsoleNode(Node):
+    """Serves a web page that shows the drone's question as a picture and takes the answer in one gesture.
+
+    It prints an address with a random token; open it in a browser on this machine (from elsewhere:
+    ssh -L 8080:127.0.0.1:8080 HOST). The page shows the map with the question lit, what was flown there against
+    what the drone would fly, where the learner is unsure, the drone's position and track, what an answer would
+    change before it is given, the earlier answers, and the state of every node; it holds, flies and lands the
+    drone and starts and ends demonstrations. It works by mouse, finger or keyboard alone.
+
+    Listens to all topics of the learner, `pose`, `vehicle_status`, `battery_state`, `policy/status` and
+    `/diagnostics`; calls `advise/answer`, `advise/preview`, `advise/undo`, `advise/retract`, `policy/stop`,
+    `policy/fly`, `recorder/start`, `recorder/stop`, `recorder/discard`, `mavlink_bridge/takeoff` and
+    `mavlink_bridge/land`.
+
+    Example: ros2 run advise_ros console --ros-args -p port:=8080
+    """
+
+    def __init__(self) -> None:
+        super().__init__('console')
+        self.config = parameters.load(self, ConsoleConfig)
+        self._diagnostics = diagnostics.Diagnostics(self)
+        grid = load_grid(self.config.grid_file) if self.config.grid_file else None
+        bound = bind(self.config.port)
+        port = bound.getsockname()[1]
+        gate = Gate(port, filter(None, map(str.strip, self.config.allowed_hosts.split(','))), self.config.token)
+        listener = Listener(self, self.config.silence_s, grid)
+        self._server = PageServer(listener, Desk(self, listener), gate, bound, self.config.rate_hz)
+        self._address = f'http://{HOST}:{port}/?token={gate.token}'
+        # The server starts once the node spins, so that a page never waits for a node that does not come up.
+        steady = Clock(clock_type=ClockType.STEADY_TIME)
+        self._start = self.create_timer(0.0, self._on_start, clock=steady)
+        self.create_timer(WATCH_S, self._watch, clock=steady)
+        self.exit_code = run.OK
+
+    def _on_start(self) -> None:
+        self._start.cancel()
+        self._server.start()
+        print(f'Open {self._address}', flush=True)
+        self._diagnostics.set(diagnostics.OK, f'serving the page on port {self._address.split(":")[2].split("/")[0]}')
+
+    def _watch(self) -> None:
+        if self._server.failure:
+            self.get_logger().error(self._server.failure)
+            self.exit_code = run.VERDICT_NO
+            rclpy.try_shutdown()
+
+    def close(self) -> None:
+        self._server.stop()
+
+
+def main() -> None:
+    # The server's event loop may still hold a connection; it must not meet an interpreter that is being taken down.
+    run.exit_now(run.run_node(ConsoleNode, ConsoleConfig))
