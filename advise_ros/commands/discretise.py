@@ -220,7 +220,8 @@ def _table(demonstrations: Sequence[Demonstration], grid: Grid) -> Table:
     for demonstration in demonstrations[:ROWS_SHOWN]:
         table.add_row(*_row(demonstration, grid))
     if len(demonstrations) > ROWS_SHOWN:
-        table.add_row('...', f'{sum(len(one.states) for one in demonstrations)}', '', f'{len(demonstrations)} demonstrations in all')
+        moves = sum(len(one.states) for one in demonstrations)
+        table.add_row('...', str(moves), '', f'{len(demonstrations)} demonstrations in all')
     return table
 
 

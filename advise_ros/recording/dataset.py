@@ -157,10 +157,10 @@ def _demonstrations(grid: Grid, arrays: Mapping[str, Any]) -> tuple[Demonstratio
     rest = (arrays[name].tolist() for name in ('ids', 'sources', 'notes', 'windows_ns', 'end_reasons', 'audits', 'max_gaps_s'))
     return tuple(
         Demonstration(
-            identity, source, grid,
-            *(tuple(column[begin:end]) for column in columns),
-            (window[0], window[1]), EndReason(reason),
-            Audit(*counts, max_gap_s=gap_s, notes=tuple(json.loads(notes))),
+            demonstration_id=identity, source=source, grid=grid,
+            states=tuple(columns[0][begin:end]), actions=tuple(columns[1][begin:end]), stamps_ns=tuple(columns[2][begin:end]),
+            window_ns=(window[0], window[1]), end_reason=EndReason(reason),
+            audit=Audit(**dict(zip(COUNTS, counts, strict=True)), max_gap_s=gap_s, notes=tuple(json.loads(notes))),
         )
         for begin, end, identity, source, notes, window, reason, counts, gap_s in zip(begins[:-1], begins[1:], *rest, strict=True)
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 from advise_ros.config import RecorderConfig
@@ -23,16 +24,20 @@ def demonstration_stages(session: RecordedSession, comparison: Comparison) -> li
     stage = Stage('demonstrations')
     recorded = session.on('demonstration')
     flown = [one for one in recorded if is_flown(one.value)]
-    if flown:
-        config = session.config(RecorderConfig, 'recorder')
-        for one in flown:
+    config = session.config(RecorderConfig, 'recorder') if flown else RecorderConfig()
+    for one in recorded:
+        if is_flown(one.value):
             stage.count(_difference(session, comparison, config, one))
+        else:
+            comparison.rebuilt.demonstrations.append(_taken(session, one))
     taken_back = sum(not len(one.value.states) for one in recorded)
     if taken_back:
         stage.notes.append(f'{taken_back} demonstration{" was" if taken_back == 1 else "s were"} taken back by recorder/discard')
     elsewhere = len(recorded) - len(flown) - taken_back
     if elsewhere:
         stage.notes.append(f'{elsewhere} demonstrations were not flown in this bag and are taken as they are')
+    if comparison.what_if:
+        return [stage]
     return [stage, *([_windows(session, config, flown)] if flown and config.split == 'flights' else [])]
 
 
@@ -41,23 +46,43 @@ def is_flown(value: Any) -> bool:
     return str(value.source).startswith(TOPIC_SOURCE) and value.audit.samples > 0
 
 
+def _taken(session: RecordedSession, one: Recorded) -> Demonstration | None:
+    """One that is not rebuilt, as it is; None where no learner would take it, or it lies on another grid."""
+    try:
+        published = convert.demonstration_from_msg(one.value)
+        grid = session.grid(published.grid)
+    except (InputError, ValueError):
+        return None
+    if grid == published.grid or not published.states:
+        return replace(published, grid=grid)
+    return None
+
+
 def _difference(session: RecordedSession, comparison: Comparison, config: RecorderConfig, one: Recorded) -> str:
     try:
         rebuilt = _rebuilt(session, config, one.value)
     except (InputError, ValueError) as problem:  # An index or an enum that no recorder would publish.
+        comparison.rebuilt.demonstrations.append(None)
         return f'{one.where}: {problem}'
-    return comparison.difference(convert.demonstration_to_msg(rebuilt), one)
+    comparison.rebuilt.demonstrations.append(rebuilt)
+    return comparison.difference(convert.demonstration_to_msg(rebuilt), one, 'demonstrations')
 
 
 def _rebuilt(session: RecordedSession, config: RecorderConfig, value: Any) -> Demonstration:
     published = convert.demonstration_from_msg(value)
+    grid = session.grid(published.grid)
+    window_ns, end_reason = published.window_ns, published.end_reason
+    if session.overrides:  # Elsewhere the flight may end later: look at all of it.
+        flights = split(grid, session.recording, config.altitude_tolerance_m)
+        whole = [flight for flight in flights if flight.window_ns[0] <= window_ns[1] and flight.window_ns[1] >= window_ns[0]]
+        window_ns, end_reason = whole[0] if whole and end_reason != EndReason.STOPPED else (window_ns, end_reason)
     return discretise(
-        published.grid,
+        grid,
         session.recording._replace(source=published.source),
-        published.window_ns,
+        window_ns,
         config.discretise_settings(),
         published.demonstration_id,
-        published.end_reason,
+        end_reason,
     )
 
 

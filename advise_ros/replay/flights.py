@@ -7,8 +7,10 @@ from typing import NamedTuple
 
 from advise_ros.config import PolicyConfig
 from advise_ros.core.errors import InputError
+from advise_ros.core.grid import Grid
 from advise_ros.core.mover import Pose
 from advise_ros.core.policy_flight import FlightPlan, Phase, PolicyFlight
+from advise_ros.replay.decisions import decision
 from advise_ros.replay.session import Recorded, RecordedSession
 from advise_ros.replay.stage import Comparison, Stage
 from advise_ros.ros import convert
@@ -39,7 +41,7 @@ def flight_stages(session: RecordedSession, comparison: Comparison) -> list[Stag
     config = session.config(PolicyConfig, 'policy') if found else PolicyConfig()
     for flight in found:
         try:
-            flown = PolicyFlight(_plan(session, flight, config), config.seek_settings())
+            flown = PolicyFlight(_plan(session, comparison, flight, config), config.seek_settings())
         except InputError as problem:
             statuses.count(f'{flight.statuses[0].where}: {problem}')
             continue
@@ -90,15 +92,15 @@ def _fly(
             commands.count(_not_zero(one))
             continue
         rebuilt = velocity_command(flown.step(pose), stamp_ns)
-        commands.count(comparison.difference(rebuilt, one))
+        commands.count(comparison.difference(rebuilt, one, 'commands'))
         for status in due.pop(stamp_ns, ()):
-            _check_status(statuses, flown, status)
+            _check_status(comparison, statuses, flown, status)
     for left in (status for waiting in due.values() for status in waiting):
         if left.value.phase not in FROM_OUTSIDE and left.stamp_ns > flight.statuses[0].stamp_ns:
             statuses.count(f'{left.where}: no command bears this stamp, expected one')
 
 
-def _plan(session: RecordedSession, flight: Flight, config: PolicyConfig) -> FlightPlan:
+def _plan(session: RecordedSession, comparison: Comparison, flight: Flight, config: PolicyConfig) -> FlightPlan:
     """What the flight was flown by.
 
     Raises:
@@ -109,14 +111,31 @@ def _plan(session: RecordedSession, flight: Flight, config: PolicyConfig) -> Fli
     policy = _policy(session, first, version)
     if policy is None:
         raise InputError(f'policy_version is {version}, expected one of the policies that the bag holds until then')
+    flown, greedy = convert.grid_from_msg(policy.value.grid), policy.value.greedy
+    if comparison.what_if:
+        learned = comparison.rebuilt.policies.get(policy.message.publish_time_ns)
+        if learned is None:
+            raise InputError('its policy could not be learnt again')
+        greedy = learned.greedy
+    grid = session.grid(flown)
     return FlightPlan(
-        convert.grid_from_msg(policy.value.grid),
-        tuple(int(action) for action in policy.value.greedy),
-        int(first.value.start_cell),
-        max(int(one.value.step_budget) for one in flight.statuses),
+        grid,
+        tuple(int(action) for action in greedy),
+        _start_cell(flown, grid, int(first.value.start_cell)),
+        max(int(one.value.step_budget) for one in flight.statuses) if grid == flown else 0,
         config.step_budget_factor,
         config.stop_on_loop,
     )
+
+
+def _start_cell(flown: Grid, grid: Grid, cell: int) -> int:
+    """The cell at the same place of another grid."""
+    if grid == flown or not 0 <= cell < flown.n_cells:
+        return cell
+    found = grid.cell_at(*flown.centre_enu_m(cell))
+    if found is None:
+        raise InputError('the place that it began at is off that grid')
+    return found
 
 
 def _policy(session: RecordedSession, first: Recorded, version: int) -> Recorded | None:
@@ -143,7 +162,7 @@ def _not_zero(one: Recorded) -> str:
     return ''
 
 
-def _check_status(statuses: Stage, flown: PolicyFlight, recorded: Recorded) -> None:
+def _check_status(comparison: Comparison, statuses: Stage, flown: PolicyFlight, recorded: Recorded) -> None:
     """Compare what follows from the poses; the end that a person or the vehicle made does not."""
     if recorded.value.phase in FROM_OUTSIDE:
         return
@@ -151,8 +170,13 @@ def _check_status(statuses: Stage, flown: PolicyFlight, recorded: Recorded) -> N
         'phase': int(flown.phase), 'state': flown.state, 'steps': flown.steps,
         'next_waypoint': flown.plan.grid.next_waypoint(flown.state),
     }
+    found = decision(recorded.value, recorded.message.type_name)
+    change = comparison.decide(expected, found, statuses.name)
+    if comparison.what_if:
+        statuses.count(f'{recorded.where}: {change}' if change else '')
+        return
     wrong = (
-        f'{recorded.where}: {name} is {getattr(recorded.value, name)}, expected {value}'
-        for name, value in expected.items() if int(getattr(recorded.value, name)) != value
+        f'{recorded.where}: {name} is {found[name]}, expected {value}'
+        for name, value in expected.items() if found[name] != value
     )
     statuses.count(next(wrong, ''))

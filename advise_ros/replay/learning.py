@@ -12,6 +12,7 @@ from advise_ros.core.errors import InputError
 from advise_ros.core.learn import Learned, learn
 from advise_ros.core.learn_settings import LearnSettings
 from advise_ros.core.queries import budget_left
+from advise_ros.replay.overrides import GRID
 from advise_ros.replay.session import (
     ADVICE_TYPE,
     POLICY_TYPE,
@@ -50,15 +51,18 @@ def learning_stages(session: RecordedSession, comparison: Comparison) -> list[St
     policies, queries = Stage('policies'), Stage('queries')
     found = episodes(session)
     config = session.config(AdviseConfig, 'advise') if found else AdviseConfig()
-    demonstrations = _heard(session)
+    heard = _heard(session, comparison)
+    if session.overrides.get(GRID) and any(episode.log for episode in found):
+        policies.notes.append('the answers were given on the grid that was flown and are left out')
     for episode in found:
         try:
-            learned = _learn(episode, demonstrations, learn_settings(config), config.budget)
+            learned = _learn(session, episode, heard, learn_settings(config), config.budget)
         except InputError as problem:
             policies.count(f'{episode.policy.where}: {problem}')
             continue
-        stamp_ns = episode.policy.stamp_ns
-        policies.count(comparison.difference(convert_advice.policy_to_msg(learned, stamp_ns), episode.policy))
+        comparison.rebuilt.policies[episode.policy.message.publish_time_ns] = learned
+        rebuilt = convert_advice.policy_to_msg(learned, episode.policy.stamp_ns)
+        policies.count(comparison.difference(rebuilt, episode.policy, 'policies'))
         _check_query(queries, session, comparison, episode, learned, config.budget)
     return [policies, queries]
 
@@ -125,21 +129,26 @@ def _note(log: list[AdviceRecord], value: Any) -> None:
     log.append(record)
 
 
-def _heard(session: RecordedSession) -> tuple[Demonstration, ...]:
-    """Demonstrations in order of arrival; as the learner does, what was heard before is not taken twice."""
+def _heard(session: RecordedSession, comparison: Comparison) -> tuple[Demonstration | None, ...]:
+    """Demonstrations in order of arrival; as the learner does, what was heard before is not taken twice.
+
+    Those of the bag, for what they became is compared by itself; where a parameter was changed, those rebuilt.
+    """
     heard: list[Demonstration] = []
-    for recorded in session.on('demonstration'):
+    taken: list[Demonstration | None] = []
+    for recorded, rebuilt in zip(session.on('demonstration'), comparison.rebuilt.demonstrations, strict=True):
         try:
             new = convert.demonstration_from_msg(recorded.value)
         except (InputError, ValueError):  # As the learner does; a policy that counts it will miss it.
             continue
         if not known(new, heard):
             heard.append(new)
-    return tuple(heard)
+            taken.append(rebuilt if comparison.what_if else new)
+    return tuple(taken)
 
 
 def _learn(
-    episode: Episode, demonstrations: tuple[Demonstration, ...], settings: LearnSettings, budget: int,
+    session: RecordedSession, episode: Episode, heard: tuple[Demonstration | None, ...], settings: LearnSettings, budget: int,
 ) -> Learned:
     """The policy that follows from what it says it was learnt from.
 
@@ -147,13 +156,15 @@ def _learn(
         InputError: the bag does not hold that much.
     """
     value = episode.policy.value
-    grid = convert.grid_from_msg(value.grid)
-    usable = tuple(one for one in demonstrations if one.grid == grid)
+    recorded = convert.grid_from_msg(value.grid)
+    grid = session.grid(recorded)
+    usable = tuple(one for one in heard if one is None or one.grid == grid)
+    log = episode.log if grid == recorded else ()
     _at_most('demonstrations', int(value.demonstrations), len(usable))
     _at_most('log_length', int(value.log_length), len(episode.log))
     return learn(
-        grid, settings, usable[: int(value.demonstrations)], episode.log[: int(value.log_length)],
-        version=episode.version, next_query_id=episode.next_query_id, budget=budget,
+        grid, settings, tuple(one for one in usable[: int(value.demonstrations)] if one is not None),
+        log[: int(value.log_length)], version=episode.version, next_query_id=episode.next_query_id, budget=budget,
     )
 
 
@@ -174,7 +185,7 @@ def _check_query(
     else:
         log = episode.log[: learned.log_length]
         rebuilt = convert_advice.no_query_to_msg(learned, budget_left(log, budget), stamp_ns)
-    queries.count(comparison.difference(rebuilt, episode.query))
+    queries.count(comparison.difference(rebuilt, episode.query, 'queries'))
 
 
 def _missing_query(queries: Stage, session: RecordedSession, episode: Episode, learned: Learned) -> None:

@@ -9,8 +9,9 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
+from advise_ros.replay.decisions import digest
 from advise_ros.replay.session import RecordedSession
-from advise_ros.replay.stage import Stage
+from advise_ros.replay.stage import Rebuilt, Stage
 
 CLOCK_NOTE = 'header stamps of policies and questions come from a clock and are taken as recorded'
 
@@ -22,40 +23,65 @@ class Report:
     Attributes:
         session: what was replayed.
         stages: in the order of the data's way.
+        rebuilt: what came out and what it decided.
         seconds: that the replay took.
+        baseline: name of what the decisions were compared with, '' for none.
+        beside: the stages of that comparison; where there is one, it alone makes the verdict.
     """
 
     session: RecordedSession
     stages: tuple[Stage, ...]
+    rebuilt: Rebuilt
     seconds: float
+    baseline: str = ''
+    beside: tuple[Stage, ...] = ()
+
+    @property
+    def asked_stages(self) -> tuple[Stage, ...]:
+        """Those that make the verdict."""
+        return self.beside or self.stages
 
     @property
     def agrees(self) -> bool:
-        return all(stage.agrees for stage in self.stages)
+        return all(stage.agrees for stage in self.asked_stages)
 
     @property
     def asked(self) -> str:
         """What equality meant, in one sentence."""
+        if self.beside:
+            return 'the decisions of the baseline were asked, not its times; numbers within 1e-6'
+        if self.session.overrides:
+            return 'decisions with other parameters are compared with those of the bag'
         if self.session.same_platform:
             return 'equal bytes were asked: the bag was made by the same package versions on the same kind of machine'
         return 'equal decisions were asked, and floats within 1e-6: ' + _why_not(self.session.made_on)
 
     @property
     def verdict(self) -> str:
-        checked = sum(stage.checked for stage in self.stages)
-        equal = sum(stage.equal for stage in self.stages)
-        if self.agrees:
-            return f'{equal} of {checked} agree: the session follows from what the bag holds'
-        return f'{equal} of {checked} agree: the session does NOT follow from what the bag holds'
+        checked = sum(stage.checked for stage in self.asked_stages)
+        equal = sum(stage.equal for stage in self.asked_stages)
+        counted = f'{equal} of {checked} agree'
+        if self.beside:
+            return f'{counted}: the session decides {"as" if self.agrees else "NOT as"} {self.baseline} did'
+        if self.session.overrides:
+            return f'{equal} of {checked} would be as they were' + ('' if self.agrees else ', the others would have CHANGED')
+        return f'{counted}: the session {"follows" if self.agrees else "does NOT follow"} from what the bag holds'
+
+    @property
+    def inputs(self) -> str:
+        """Digest of the positions."""
+        return digest(self.session.recording.poses)
 
     def as_json(self) -> dict[str, Any]:
         session = self.session
         return {
             'bag': str(session.bag.path), 'namespace': session.namespace or '/', 'messages': session.bag.count,
             'recorded_s': session.seconds, 'replay_s': self.seconds,
-            'asked': 'bytes' if session.same_platform else 'decisions', 'asked_why': self.asked,
+            'asked': 'bytes' if session.same_platform and not session.overrides else 'decisions', 'asked_why': self.asked,
             'agrees': self.agrees, 'stages': [asdict(stage) for stage in self.stages],
-            'made_on': dict(session.made_on),
+            'baseline': self.baseline, 'beside': [asdict(stage) for stage in self.beside],
+            'overrides': {node: dict(values) for node, values in session.overrides.items()},
+            'made_on': dict(session.made_on), 'inputs': self.inputs, 'decisions': self.rebuilt.decisions,
         }
 
 
@@ -73,9 +99,13 @@ def show(report: Report, console: Console) -> None:
         f'{session.bag.path}: {session.bag.count} messages over {session.seconds:.1f} s, '
         f'replayed in {report.seconds:.1f} s ({pace:.0f} times real time)', highlight=False, markup=False, soft_wrap=True,
     )
+    for node, values in session.overrides.items():
+        for name, value in values.items():
+            console.print(f'- what if {node}.{name} were {value}', highlight=False, markup=False, soft_wrap=True)
     console.print(_table(report))
-    for stage in report.stages:
-        for line in (f'first difference in {stage.name}: {stage.difference}' if stage.difference else '', *stage.notes):
+    for stage in report.asked_stages:
+        first = 'change' if session.overrides and not report.beside else 'difference'
+        for line in (f'first {first} in {stage.name}: {stage.difference}' if stage.difference else '', *stage.notes):
             if line:
                 console.print(f'- {line}', highlight=False, markup=False, soft_wrap=True)
     console.print(f'- {report.asked}; {CLOCK_NOTE}', highlight=False, markup=False, soft_wrap=True)
@@ -88,7 +118,9 @@ def _table(report: Report) -> Table:
     for name in ('checked', 'equal'):
         table.add_column(name, justify='right')
     table.add_column('verdict')
-    for stage in report.stages:
-        mark = 'none in the bag' if not stage.checked else 'equal' if stage.agrees else '[red]differs[/red]'
+    what_if = report.session.overrides and not report.beside
+    same, other = ('as it was', 'changes') if what_if else ('equal', 'differs')
+    for stage in report.asked_stages:
+        mark = 'none in the bag' if not stage.checked else same if stage.agrees else f'[red]{other}[/red]'
         table.add_row(stage.name, str(stage.checked), str(stage.equal), mark)
     return table

@@ -12,11 +12,14 @@ import numpy as np
 
 from advise_ros import config
 from advise_ros.core.errors import InputError, LogError
+from advise_ros.core.grid import Grid
 from advise_ros.core.samples import PoseSamples, Recording
 from advise_ros.recording import platform
 from advise_ros.recording.bags import BagTopics, read_bag
+from advise_ros.recording.codec import Codec
 from advise_ros.recording.definitions import definition
-from advise_ros.recording.messages import Bag, Codec, Message
+from advise_ros.recording.messages import Bag, Message
+from advise_ros.replay.overrides import GRID, Overrides, other_grid
 
 NS = 1_000_000_000
 PARAMETERS_RECORD = 'parameters '
@@ -65,6 +68,7 @@ class RecordedSession:
         namespace: '' or '/name'.
         recording: poses, commands, vehicle events and the policy's flights as samples.
         same_platform: the bag was made by these package versions on this kind of machine.
+        overrides: what is to be otherwise than it was.
     """
 
     bag: Bag
@@ -73,6 +77,7 @@ class RecordedSession:
     parameters: Mapping[str, Mapping[str, Any]]
     made_on: Mapping[str, str]
     same_platform: bool
+    overrides: Overrides = field(default_factory=dict)
     _cache: dict[str, tuple[Recorded, ...]] = field(default_factory=dict, repr=False)
 
     def on(self, name: str) -> tuple[Recorded, ...]:
@@ -100,9 +105,18 @@ class RecordedSession:
                 'start the logger before that node ends and record again'
             )
         try:
-            return _config(config_class, values)
+            return _config(config_class, {**values, **self.overrides.get(node, {})})
         except InputError as problem:
             raise LogError(f'{self.bag.path}, parameters of {self.namespace}/{node}: {problem}') from problem
+
+
+    def grid(self, recorded: Grid) -> Grid:
+        """The grid as it is to be.
+
+        Raises:
+            InputError: the overrides make no grid of it.
+        """
+        return other_grid(recorded, self.overrides.get(GRID, {}))
 
 
 def _config(config_class: type[ConfigT], values: Mapping[str, Any]) -> ConfigT:
@@ -110,12 +124,13 @@ def _config(config_class: type[ConfigT], values: Mapping[str, Any]) -> ConfigT:
     return config.build(config_class, {name: value for name, value in values.items() if name in known})
 
 
-def read_session(path: str | Path, namespace: str | None = None) -> RecordedSession:
+def read_session(path: str | Path, namespace: str | None = None, overrides: Overrides | None = None) -> RecordedSession:
     """Read one session.
 
     Args:
         path: a bag by `logger`.
         namespace: of the session; None where the bag holds one only.
+        overrides: parameters that are to be otherwise.
 
     Raises:
         LogError: no readable bag, no demonstrations in it, or several sessions and no namespace named.
@@ -128,7 +143,7 @@ def read_session(path: str | Path, namespace: str | None = None) -> RecordedSess
     parameters = _parameters(bag)
     recording = _samples(bag, where, parameters.get(f'{where}/recorder', {}))
     made_on = next((record.values for record in bag.records if record.name == PLATFORM_RECORD), {})
-    return RecordedSession(bag, where, recording, parameters, made_on, made_on == platform.describe())
+    return RecordedSession(bag, where, recording, parameters, made_on, made_on == platform.describe(), overrides or {})
 
 
 def _samples(bag: Bag, where: str, recorder: Mapping[str, Any]) -> Recording:

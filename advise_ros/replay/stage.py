@@ -5,9 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
+from advise_ros.core.demonstration import Demonstration
+from advise_ros.core.learn import Learned
+from advise_ros.recording.codec import Codec
 from advise_ros.recording.definitions import definition
-from advise_ros.recording.messages import Codec
 from advise_ros.replay.compare import Difference, first_difference
+from advise_ros.replay.decisions import Decision, decision, first_change
 from advise_ros.replay.session import Recorded, RecordedSession
 from advise_ros.ros.cdr import to_cdr
 
@@ -41,25 +44,55 @@ class Stage:
         self.difference = self.difference or difference
 
 
+@dataclass
+class Rebuilt:
+    """What was rebuilt, for the stages that follow, and what it decided.
+
+    Attributes:
+        demonstrations: in the order of the bag's; None for those that could not be rebuilt.
+        policies: by the place of the bag's policy on its topic.
+        decisions, recorded: stage -> what was rebuilt and what the bag holds, in pairs.
+    """
+
+    demonstrations: list[Demonstration | None] = field(default_factory=list)
+    policies: dict[int, Learned] = field(default_factory=dict)
+    decisions: dict[str, list[Decision]] = field(default_factory=dict)
+    recorded: dict[str, list[Decision]] = field(default_factory=dict)
+
+
 class Comparison:
-    """Compares rebuilt messages with recorded ones: byte for byte, or decisions with a tolerance on floats."""
+    """Compares rebuilt messages with recorded ones.
+
+    Byte for byte, or decisions with a tolerance on floats, or, where a parameter was changed, decisions alone.
+    """
 
     def __init__(self, session: RecordedSession) -> None:
         self._session = session
         self._installed = Codec()
         self.exact = session.same_platform
+        self.what_if = bool(session.overrides)
+        self.rebuilt = Rebuilt()
 
-    def difference(self, rebuilt: Any, recorded: Recorded) -> str:
+    def difference(self, rebuilt: Any, recorded: Recorded, stage: str) -> str:
         """'' when equal, else the first difference in words.
 
         Both sides are brought to the same bytes first: serialisers may leave anything in the padding.
         """
         type_name = recorded.message.type_name
         expected = self._through_cdr(rebuilt, type_name)
+        change = self.decide(decision(expected, type_name), decision(recorded.value, type_name), stage)
+        if self.what_if:
+            return f'{recorded.where}: {change}' if change else ''
         if self.exact and self._bytes(expected, recorded):
             return ''
         found = first_difference(expected, recorded.value, exact=self.exact)
         return in_words(recorded, found) if found else ''
+
+    def decide(self, rebuilt: Decision, recorded: Decision, stage: str) -> str:
+        """Note both, and say in words what changed."""
+        self.rebuilt.decisions.setdefault(stage, []).append(rebuilt)
+        self.rebuilt.recorded.setdefault(stage, []).append(recorded)
+        return first_change(rebuilt, recorded)
 
     def _bytes(self, expected: Any, recorded: Recorded) -> bool:
         type_name = recorded.message.type_name

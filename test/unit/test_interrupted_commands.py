@@ -23,7 +23,7 @@ def interrupted(*_: object, **__: object) -> NoReturn:
     ('run', 'work', 'words'),
     [
         (discretise.run, (discretise, 'harvest'), ['flight.tlog', '--grid', GRID, '--out', '{tmp}/demos.json']),
-        (replay.run, (replay, 'read_session'), ['bag', '--json', '{tmp}/verdict.json']),
+        (replay.run, (replay, 'check'), ['bag', '--json', '{tmp}/verdict.json']),
         (answer.run, (answer, '_answer'), ['--undo']),
     ],
 )
