@@ -1,5 +1,5 @@
 # `make` alone lists what there is. Set-up is done by whatever needs it, and only what is out of date.
-.PHONY: help setup demo test test-console chromium lint lock clean
+.PHONY: help setup demo test test-console chromium fuzz lint lock clean
 .DEFAULT_GOAL := help
 
 # Set-up by a certain Python: make PYTHON=python3.12 setup
@@ -28,6 +28,9 @@ test-console: setup chromium  ## the tests of the person's page, in a real brows
 
 chromium:  ## the browser that the page's tests drive; installed by apt-get where it is missing and we are root
 	@sh tools/chromium.sh
+
+fuzz: setup  ## coverage-guided fuzzing of what reads others' bytes, a minute a target (ARGS='framing --seconds 3600')
+	@exec ./advise python test/fuzz/run.py $(ARGS)
 
 lint: setup  ## ruff, mypy, import-linter, codespell
 	@. .venv/environment.sh; status=0; for check in 'ruff check' mypy 'lint-imports --no-logo' codespell; do \

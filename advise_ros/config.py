@@ -93,6 +93,7 @@ def defaults(config_class: type[Any]) -> dict[str, Scalar]:
 
 
 GRID_DOC = 'YAML file with the grid and its waypoints'
+SIGNING_DOC = 'key of MAVLink 2 signing, readable by its owner only; frames without its signature are refused; empty: none'
 SEED_DOC = 'seed of every random choice'
 
 
@@ -222,6 +223,7 @@ class MavlinkBridgeConfig(GuardConfig):
     baud: int = param(115200, 'baud rate of a serial link', low=1200, high=10_000_000)
     system_id: int = param(1, 'our MAVLink system id', low=1, high=255)
     component_id: int = param(191, 'our MAVLink component id (191: onboard computer)', low=1, high=255)
+    signing_key_file: str = param('', SIGNING_DOC)
     target_system: int = param(0, 'system id of the vehicle; 0: the first multicopter that is heard', low=0, high=255)
     pose_rate_hz: float = param(20.0, 'positions asked of the autopilot', low=1.0, high=200.0)
     takeoff_altitude_m: float = param(0.0, 'take-off altitude; 0: the grid altitude', low=0.0, high=500.0)
@@ -254,6 +256,7 @@ class SimulatorConfig:
     )
     guided_timeout_s: float = param(3.0, 'setpoints older than this brake the vehicle (simulated time)', low=0.1, high=60.0)
     system_id: int = param(1, 'MAVLink system id of the vehicle', low=1, high=255)
+    signing_key_file: str = param('', SIGNING_DOC)
     seed: int = param(0, SEED_DOC, low=0, high=2**31 - 1)
 
 
@@ -327,3 +330,9 @@ class LoggerConfig:
     compression: str = param('zstd', 'chunk compression', choices=('zstd', 'lz4', 'none'))
     chunk_kib: int = param(768, 'chunk size', low=1, high=1_048_576)
     flush_s: float = param(1.0, 'longest time that a message stays unwritten (steady time)', low=0.05, high=60.0)
+    split_s: float = param(0.0, 'begin a new file of the bag after this much recorded time; 0: never', low=0.0, high=1e6)
+    split_mib: int = param(0, 'begin a new file of the bag when one is this large; 0: never', low=0, high=1_048_576)
+    min_free_mib: int = param(
+        50, 'with less than this free on its disk the bag is finished and an alarm raised; 0: go on until the disk is full',
+        low=0, high=1_048_576,
+    )

@@ -1,28 +1,59 @@
 """Bytes -> MAVLink messages, resynchronising after garbage.
 
 pymavlink's own parser trusts the length byte of whatever follows a start byte, so garbage or an unknown
-message id swallows the good frames behind it. Here a frame counts only if its id is known and its checksum
-is right; anything else advances by one byte.
+message id swallows the good frames behind it. Here a frame counts only if its id is known, its length can be
+that message's and its checksum is right; anything else advances by one byte. Only the messages that the
+package speaks are handed on: sixteen bits of checksum alone let one in a few million random bytes through.
 """
 
 from __future__ import annotations
 
+import struct
+
 from advise_ros.mavlink.messages import MAVError, Message, dialect
+from advise_ros.mavlink.signing import SIGNATURE_BYTES, Verifier
 
 START_V1, START_V2 = 0xFE, 0xFD
 HEADER_V1, HEADER_V2 = 6, 10
-CHECKSUM, SIGNATURE = 2, 13
+CHECKSUM = 2
 SIGNED = 0x01
-LONGEST_FRAME = HEADER_V2 + 255 + CHECKSUM + SIGNATURE
+LONGEST_FRAME = HEADER_V2 + 255 + CHECKSUM + SIGNATURE_BYTES
+
+# Message id -> length of its payload in MAVLink 1, which cuts no zeros off and knows no later fields.
+SPOKEN = {int(getattr(dialect, f'MAVLINK_MSG_ID_{name}')): length for name, length in {
+    'HEARTBEAT': 9, 'SYS_STATUS': 31, 'SET_MODE': 6, 'PARAM_REQUEST_READ': 20, 'PARAM_REQUEST_LIST': 2, 'PARAM_VALUE': 25,
+    'PARAM_SET': 23, 'GPS_RAW_INT': 30, 'ATTITUDE': 28, 'LOCAL_POSITION_NED': 28, 'GLOBAL_POSITION_INT': 28,
+    'MANUAL_CONTROL': 11, 'COMMAND_INT': 35, 'COMMAND_LONG': 33, 'COMMAND_ACK': 3, 'SET_POSITION_TARGET_LOCAL_NED': 53,
+    'TIMESYNC': 16, 'BATTERY_STATUS': 36, 'AUTOPILOT_VERSION': 60, 'EKF_STATUS_REPORT': 22, 'EXTENDED_SYS_STATE': 2,
+    'STATUSTEXT': 51,
+}.items()}
+_LONGEST_PAYLOAD = {number: kind.unpacker.size for number, kind in dialect.mavlink_map.items()}
 
 
 class Framer:
-    """Cuts one stream (or one datagram at a time) into messages."""
+    """Cuts one stream (or one datagram at a time) into messages.
 
-    def __init__(self) -> None:
+    Args:
+        verifier: with it, frames that are not signed with its key are refused.
+
+    Attributes:
+        bad_bytes: what was no sound frame of a known message.
+    """
+
+    def __init__(self, verifier: Verifier | None = None) -> None:
         self._codec = dialect.MAVLink(None)
+        self._verifier = verifier
         self._buffer = bytearray()
         self.bad_bytes = 0
+
+    @property
+    def waiting_bytes(self) -> int:
+        """What is kept for the rest of a frame; never more than LONGEST_FRAME."""
+        return len(self._buffer)
+
+    def reset(self) -> None:
+        """Forget half a frame: the connection broke."""
+        self._buffer.clear()
 
     def datagram(self, data: bytes) -> list[Message]:
         """The messages of one datagram; frames never span two."""
@@ -47,7 +78,8 @@ class Framer:
                 self.bad_bytes += 1
                 at = self._next_start(at + 1)
             else:
-                messages.append(message)
+                if self._is_wanted(message, at, length):
+                    messages.append(message)
                 at = self._next_start(at + length)
         del self._buffer[:at]
         return messages
@@ -65,17 +97,32 @@ class Framer:
             return 0
         payload = self._buffer[at + 1]
         if self._buffer[at] == START_V1:
-            return HEADER_V1 + payload + CHECKSUM if self._buffer[at + 5] in dialect.mavlink_map else -1
+            message_id = self._buffer[at + 5]
+            possible = payload == SPOKEN.get(message_id, payload) and payload <= _LONGEST_PAYLOAD.get(message_id, -1)
+            return HEADER_V1 + payload + CHECKSUM if possible else -1
         if rest < HEADER_V2:
             return 0
         flags = self._buffer[at + 2]
         message_id = int.from_bytes(self._buffer[at + 7:at + 10], 'little')
-        if flags & ~SIGNED or message_id not in dialect.mavlink_map:
+        if flags & ~SIGNED or payload > _LONGEST_PAYLOAD.get(message_id, -1):
             return -1
-        return HEADER_V2 + payload + CHECKSUM + (SIGNATURE if flags & SIGNED else 0)
+        return HEADER_V2 + payload + CHECKSUM + (SIGNATURE_BYTES if flags & SIGNED else 0)
 
     def _decode(self, frame: bytearray) -> Message | None:
         try:
             return self._codec.decode(frame)
-        except MAVError:
+        except (MAVError, struct.error, ValueError):
             return None
+
+    def _is_wanted(self, message: Message, at: int, length: int) -> bool:
+        """Of a message that we speak, and signed if that is asked for."""
+        if message.get_msgId() not in SPOKEN:
+            return False
+        if self._verifier is None:
+            return True
+        signed = self._buffer[at] == START_V2 and self._buffer[at + 2] & SIGNED
+        if not signed:
+            self._verifier.refuse('a frame is not signed, but a key is set')
+            return False
+        frame = bytes(self._buffer[at:at + length])
+        return self._verifier.accepts(frame, (message.get_srcSystem(), message.get_srcComponent()))

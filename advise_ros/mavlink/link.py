@@ -8,8 +8,10 @@ from collections import deque
 from collections.abc import Callable
 from typing import NamedTuple
 
+from advise_ros.mavlink.encoding import Encoder
 from advise_ros.mavlink.framing import Framer
-from advise_ros.mavlink.messages import ATTITUDE, Message, dialect
+from advise_ros.mavlink.messages import ATTITUDE, Message
+from advise_ros.mavlink.signing import SigningClock, Verifier
 from advise_ros.mavlink.transport import Address, make_transport
 
 QUEUE_MESSAGES = 20_000
@@ -36,6 +38,7 @@ class Link:
         url: connection string in pymavlink's form, e.g. udpin:127.0.0.1:14550.
         baud: of a serial device.
         system_id, component_id: our own, in the frames that we send.
+        key: of MAVLink 2 signing: what we send is signed, what is not signed with it is refused.
         wake: called in the reader's thread when `poll` has something that matters.
 
     Raises:
@@ -44,14 +47,16 @@ class Link:
 
     def __init__(
         self, url: str, *, baud: int = 115200, system_id: int = 1, component_id: int = 191,
-        wake: Callable[[], None] = lambda: None,
+        key: bytes | None = None, wake: Callable[[], None] = lambda: None,
     ) -> None:
         self.url = url
         self.problem = ''
         self.unsent = 0
         self._transport = make_transport(url, baud)
-        self._codec = dialect.MAVLink(None, system_id, component_id)
-        self._framer = Framer()
+        clock = SigningClock()
+        self._verifier = None if key is None else Verifier(key, clock)
+        self._encoder = Encoder(system_id, component_id, key, clock)
+        self._framer = Framer(self._verifier)
         self._queue: deque[Received] = deque(maxlen=QUEUE_MESSAGES)
         self._wake = wake
         self._peer: Address | None = None
@@ -63,6 +68,16 @@ class Link:
     def bad_bytes(self) -> int:
         """Bytes received that were no MAVLink."""
         return self._framer.bad_bytes
+
+    @property
+    def refused_signatures(self) -> int:
+        """Frames refused because of their signature."""
+        return 0 if self._verifier is None else self._verifier.refused
+
+    @property
+    def doubt(self) -> str:
+        """Why frames are refused, '' if none was."""
+        return '' if self._verifier is None else self._verifier.refusal
 
     def start(self) -> None:
         """Begin to read."""
@@ -79,10 +94,8 @@ class Link:
 
     def send(self, message: Message) -> bool:
         """Send one message; False if nobody could take it, which is counted in `unsent`."""
-        frame = message.pack(self._codec)
-        self._codec.seq = (self._codec.seq + 1) % 256
         try:
-            self._transport.send(bytes(frame), self._peer)
+            self._transport.send(self._encoder.frame(message), self._peer)
         except OSError:
             self.unsent += 1
             return False
@@ -118,7 +131,7 @@ class Link:
         if self._closing.is_set():
             return
         self._transport.drop()
-        self._framer = Framer()
+        self._framer.reset()
         self.problem = f'{self.url}: {problem}'
         self._wake()
         self._closing.wait(RETRY_S)

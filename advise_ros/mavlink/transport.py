@@ -6,7 +6,10 @@ pymavlink's own connections are not used: they spin when a TCP peer dies and kee
 from __future__ import annotations
 
 import contextlib
+import fcntl
 import socket
+import struct
+import termios
 from typing import Any, Protocol
 
 import serial
@@ -15,6 +18,8 @@ from advise_ros.core.errors import InputError
 
 WAIT_S = 0.5  # How long a read blocks; closing a link takes as long.
 READ_BYTES = 65536
+# What a slow peer has not taken is dropped from here on (15 setpoints): later it would come as a burst of stale commands.
+MOST_UNSENT_BYTES = 1024
 FORMS = 'udpin:HOST:PORT, udpout:HOST:PORT, tcp:HOST:PORT, tcpin:HOST:PORT or a serial device such as /dev/ttyACM0'
 
 Address = tuple[str, int]
@@ -130,6 +135,21 @@ class UdpOut(UdpIn):
         super().send(data, self._address)
 
 
+def _prompt(connected: socket.socket) -> socket.socket:
+    """A TCP connection that sends at once and notices within seconds that its peer has vanished."""
+    connected.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+    connected.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
+    for name, value in (('TCP_KEEPIDLE', 2), ('TCP_KEEPINTVL', 1), ('TCP_KEEPCNT', 3), ('TCP_USER_TIMEOUT', 5000)):
+        if hasattr(socket, name):
+            connected.setsockopt(socket.IPPROTO_TCP, getattr(socket, name), value)
+    return connected
+
+
+def _unsent_bytes(connected: socket.socket) -> int:
+    """What the peer has not taken yet."""
+    return int(struct.unpack('i', fcntl.ioctl(connected, termios.TIOCOUTQ, bytes(4)))[0])
+
+
 class TcpOut:
     """Connects, and again when the peer has gone."""
 
@@ -143,9 +163,7 @@ class TcpOut:
         """Nothing to claim; the first `receive` connects."""
 
     def _connect(self) -> socket.socket | None:
-        connected = socket.create_connection(self._address, timeout=WAIT_S)
-        connected.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        return connected
+        return _prompt(socket.create_connection(self._address, timeout=WAIT_S))
 
     def receive(self) -> tuple[bytes, Address | None]:
         if self._socket is None:
@@ -162,6 +180,8 @@ class TcpOut:
     def send(self, data: bytes, to: Address | None) -> None:
         if self._socket is None:
             raise OSError('not connected')
+        if _unsent_bytes(self._socket) > MOST_UNSENT_BYTES:
+            raise OSError('the peer does not read')
         if self._socket.send(data, socket.MSG_DONTWAIT) != len(data):
             self.drop()  # Half a frame is out: nothing behind it would be understood.
             raise OSError('the peer does not read')
@@ -196,8 +216,7 @@ class TcpIn(TcpOut):
         except TimeoutError:
             return None
         client.settimeout(WAIT_S)
-        client.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        return client
+        return _prompt(client)
 
     def close(self) -> None:
         self.drop()
@@ -236,6 +255,8 @@ class Serial:
     def send(self, data: bytes, to: Address | None) -> None:
         if self._port is None:
             raise OSError('the device is gone')
+        if self._port.out_waiting > MOST_UNSENT_BYTES:
+            raise OSError('the line is too slow')
         self._port.write(data)
 
     def drop(self) -> None:

@@ -22,6 +22,7 @@ from advise_ros.core import guard
 from advise_ros.mavlink.companion import Companion, Settings, Status
 from advise_ros.mavlink.link import Link, Received
 from advise_ros.mavlink.requests import Goal, Request
+from advise_ros.mavlink.signing import optional_key
 from advise_ros.mavlink.stamps import Stamper
 from advise_ros.mavlink.vehicle import Attitude, Battery, Motion
 from advise_ros.nodes.guard import CommandBox, load_limits
@@ -79,7 +80,7 @@ class MavlinkBridge(Node):
         self._wake = self.create_guard_condition(self._on_link)
         self._link = Link(
             self.config.url, baud=self.config.baud, system_id=self.config.system_id,
-            component_id=self.config.component_id, wake=self._wake_up,
+            component_id=self.config.component_id, key=optional_key(self.config.signing_key_file), wake=self._wake_up,
         )
         self._started = False
         self._diagnostics = Diagnostics(self)
@@ -121,7 +122,7 @@ class MavlinkBridge(Node):
             self._publish_battery(vehicle.battery)
 
     def _step(self, now_s: float) -> None:
-        for message in self._companion.step(now_s, self._link.problem):
+        for message in self._companion.step(now_s, self._link.problem or self._link.doubt):
             self._link.send(message)
         self._answer_requests()
         self._publish_status(now_s)
@@ -248,6 +249,7 @@ class MavlinkBridge(Node):
         self._diagnostics.set(level, '; '.join(sentences) or well, {
             'url': self.config.url, 'mode': status.mode, 'autopilot text': status.text,
             'bytes that were no MAVLink': self._link.bad_bytes, 'messages not sent': self._link.unsent,
+            'frames refused by their signature': self._link.refused_signatures,
             'messages refused for impossible numbers': self._companion.vehicle.refused_numbers,
             'messages of strangers refused': self._companion.vehicle.refused_strangers,
         })

@@ -11,6 +11,7 @@ from rclpy.node import Node
 from rosgraph_msgs.msg import Clock as ClockMessage
 
 from advise_ros.config import SimulatorConfig
+from advise_ros.mavlink.signing import optional_key
 from advise_ros.ros import convert, parameters, qos, run
 from advise_ros.ros.diagnostics import OK, WARN, Diagnostics
 from advise_ros.sim.arducopter import ArduCopter
@@ -31,9 +32,9 @@ class SimulatorNode(Node):
 
     It sends heartbeats to `endpoint` and waits for a companion (mavlink_bridge) or a ground station: message
     intervals, mode, arm, take-off, velocity setpoints, land; what the real ones refuse, it refuses. Simulated
-    time runs `speedup` times as fast as steady time; the flight is the same at every speed. Publishes /clock (rosgraph_msgs/Clock), equal to the
-    time_boot_ms of its messages, and says on /diagnostics which speed it reaches. At any speed but 1 every
-    other node needs -p use_sim_time:=true.
+    time runs `speedup` times as fast as steady time; the flight is the same at every speed. Publishes /clock
+    (rosgraph_msgs/Clock), equal to the time_boot_ms of its messages, and says on /diagnostics which speed it
+    reaches. At any speed but 1 every other node needs -p use_sim_time:=true.
 
     Example: ros2 run advise_ros simulator --ros-args -p endpoint:=udpout:127.0.0.1:14550 -p speedup:=10.0
              ros2 run advise_ros simulator --ros-args -p autopilot:=px4
@@ -43,7 +44,7 @@ class SimulatorNode(Node):
         super().__init__('simulator')
         self.config = parameters.load(self, SimulatorConfig)
         self._autopilot = DIALECTS[self.config.autopilot](self.config, np.random.default_rng(self.config.seed))
-        self._link = Link(self.config.endpoint, self.config.system_id, COMPONENT_ID)
+        self._link = Link(self.config.endpoint, self.config.system_id, COMPONENT_ID, optional_key(self.config.signing_key_file))
         self._pacer = Pacer(self.config.speedup, round(self.config.step_s * 1e9))
         self._patience = Patience(self.config.setpoint_lead_s)
         self._clock_period_ns = round(1e9 / self.config.clock_rate_hz)

@@ -8,10 +8,10 @@ import socket
 from collections.abc import Iterable
 from typing import Any, Protocol
 
-from pymavlink.dialects.v20 import ardupilotmega as mavlink
-
 from advise_ros.core.errors import InputError
+from advise_ros.mavlink.encoding import Encoder
 from advise_ros.mavlink.framing import Framer
+from advise_ros.mavlink.signing import SigningClock, Verifier
 
 Message = Any
 Address = tuple[str, int]
@@ -35,11 +35,12 @@ class Port(Protocol):
 
 
 class Link:
-    """Packs messages as one system and moves them over a port."""
+    """Packs messages as one system and moves them over a port; with a key, signed ones only."""
 
-    def __init__(self, endpoint: str, system_id: int, component_id: int) -> None:
-        self._port = open_port(endpoint)
-        self._codec = mavlink.MAVLink(None, srcSystem=system_id, srcComponent=component_id)
+    def __init__(self, endpoint: str, system_id: int, component_id: int, key: bytes | None = None) -> None:
+        clock = SigningClock()
+        self._port = open_port(endpoint, None if key is None else Verifier(key, clock))
+        self._encoder = Encoder(system_id, component_id, key, clock)
 
     def read(self) -> list[Message]:
         """The messages that have arrived; garbage is skipped."""
@@ -47,21 +48,16 @@ class Link:
 
     def send(self, messages: Iterable[Message]) -> None:
         """Send messages in order."""
-        frames = [self._pack(message) for message in messages]
+        frames = [self._encoder.frame(message) for message in messages]
         if frames:
             self._port.write(frames)
-
-    def _pack(self, message: Message) -> bytes:
-        frame = bytes(message.pack(self._codec))
-        self._codec.seq = (self._codec.seq + 1) % 256
-        return frame
 
     def close(self) -> None:
         """Give the port back."""
         self._port.close()
 
 
-def open_port(endpoint: str) -> Port:
+def open_port(endpoint: str, verifier: Verifier | None = None) -> Port:
     """The port of an `endpoint` parameter.
 
     Raises:
@@ -73,7 +69,7 @@ def open_port(endpoint: str) -> Port:
     if kind not in makers or not host or not (number.isascii() and number.isdigit() and 0 < int(number) < 65536):
         raise InputError(f"parameter 'endpoint' is '{endpoint}'; it must be {FORMS}, with a port from 1 to 65535")
     try:
-        port: Port = makers[kind]((socket.gethostbyname(host), int(number)))
+        port: Port = makers[kind]((socket.gethostbyname(host), int(number)), verifier)
     except OSError as problem:
         raise InputError(
             f"port {number} of parameter 'endpoint' ('{endpoint}') cannot be opened: {os.strerror(problem.errno).lower()}; "
@@ -87,11 +83,11 @@ def open_port(endpoint: str) -> Port:
 class UdpOut:
     """Sends to a fixed address, like SITL to a companion, and hears what comes back."""
 
-    def __init__(self, address: Address) -> None:
+    def __init__(self, address: Address, verifier: Verifier | None = None) -> None:
         self._peer: Address | None = address
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self._socket.setblocking(False)
-        self._framer = Framer()
+        self._framer = Framer(verifier)
 
     def read(self) -> list[Message]:
         messages: list[Message] = []
@@ -122,8 +118,8 @@ class UdpOut:
 class UdpIn(UdpOut):
     """Listens; answers go to whoever sent the last valid frame."""
 
-    def __init__(self, address: Address) -> None:
-        super().__init__(address)
+    def __init__(self, address: Address, verifier: Verifier | None = None) -> None:
+        super().__init__(address, verifier)
         self._peer = None
         try:
             self._socket.bind(address)
@@ -138,7 +134,7 @@ class UdpIn(UdpOut):
 class TcpIn:
     """Listens for one client; as with SITL, a second one may connect but hears nothing until the first has gone."""
 
-    def __init__(self, address: Address) -> None:
+    def __init__(self, address: Address, verifier: Verifier | None = None) -> None:
         self._listener = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
         self._listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:
@@ -149,7 +145,7 @@ class TcpIn:
             raise
         self._listener.setblocking(False)
         self._client: socket.socket | None = None
-        self._framer = Framer()
+        self._framer = Framer(verifier)
         self._unsent = bytearray()
 
     def read(self) -> list[Message]:
@@ -178,7 +174,8 @@ class TcpIn:
     def _drop(self) -> None:
         if self._client is not None:
             self._client.close()
-        self._client, self._framer, self._unsent = None, Framer(), bytearray()
+        self._framer.reset()
+        self._client, self._unsent = None, bytearray()
 
     def write(self, frames: list[bytes]) -> None:
         if self._client is None:

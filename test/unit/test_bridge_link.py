@@ -163,3 +163,30 @@ def test_a_serial_line_carries_both_directions(opened: Callable[..., Link]) -> N
         link.close()
         os.close(ours)
         os.close(theirs)
+
+
+def test_a_tcp_peer_that_does_not_read_gets_no_burst_of_stale_commands(opened: Callable[..., Link]) -> None:
+    with socket.socket(socket.AF_INET, socket.SOCK_STREAM) as listener:
+        listener.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 2048)
+        listener.bind(('127.0.0.1', 0))
+        listener.listen(1)
+        link = opened(f'tcp:127.0.0.1:{listener.getsockname()[1]}')
+        peer, _ = listener.accept()
+        with peer:
+            wait_until(lambda: link.send(mav.heartbeat()), 'the connection')
+            wait_until(lambda: not all(link.send(mav.heartbeat()) for _ in range(100)), 'a full line')
+            waiting = link.unsent
+            assert not link.send(mav.heartbeat())
+            assert link.unsent == waiting + 1
+            peer.settimeout(1.0)
+            wait_until(lambda: bool(peer.recv(65536)) and link.send(mav.heartbeat()), 'a line that flows again')
+
+
+def test_a_signed_link_hears_its_own_kind_alone(opened: Callable[..., Link]) -> None:
+    port, key = reserve.free_udp_port(), bytes(range(32))
+    link = opened(f'udpin:127.0.0.1:{port}', system_id=42, key=key)
+    stranger = opened(f'udpout:127.0.0.1:{port}', system_id=66)
+    friend = opened(f'udpout:127.0.0.1:{port}', system_id=21, key=key)
+    wait_until(lambda: stranger.send(mav.heartbeat()) and link.refused_signatures > 0, 'a refusal')
+    assert link.doubt == 'a frame is not signed, but a key is set'
+    assert hear(link, lambda: friend.send(mav.heartbeat())).message.get_srcSystem() == 21
