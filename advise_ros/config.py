@@ -196,7 +196,7 @@ class PolicyConfig(SeekConfig):
     step_budget_factor: float = param(2.0, 'steps before the battery is spent, times the shortest route', low=1.0, high=100.0)
     stop_on_loop: bool = param(True, 'end a flight as soon as a state comes back, not when its budget is spent')
     pose_timeout_s: float = param(0.5, 'no pose for this long: zero velocity (steady time)', low=0.05, high=60.0)
-    watchdog_rate_hz: float = param(20.0, 'rate of the watchdog (steady time)', low=1.0, high=200.0)
+    watchdog_rate_hz: float = param(50.0, 'rate of the watchdog (steady time)', low=1.0, high=200.0)
 
 
 @dataclass(frozen=True)
