@@ -86,7 +86,7 @@ def upper_bound(problem: Problem, duals: Duals) -> float:
     return float(
         terms.r_max * np.maximum(np.abs(duals.flow) - 1.0, 0.0).sum()
         + terms.r_max * np.abs(residual).sum() / (1.0 - problem.mdp.gamma)
-        + _finite(problem.caps) @ (terms.lambda_t - of_state)
+        + (_finite(problem.caps) * (terms.lambda_t - of_state)).sum()
         + cap * np.maximum(terms.lambda_a - asked, 0.0).sum()
         - terms.delta * asked.sum()
     )

@@ -66,7 +66,7 @@ class Mdp:
         n, n_actions = shares.shape
         columns = np.arange(n)[:, None] + n * np.arange(n_actions)
         rows = np.arange(0, n * n_actions + 1, n_actions)
-        mix = sparse.csr_array((shares.ravel(), columns.ravel(), rows), shape=(n, n * n_actions))
+        mix = sparse.csr_array((shares.flatten(), columns.ravel(), rows), shape=(n, n * n_actions))
         mix.eliminate_zeros()
         return mix @ self.stacked
 

@@ -122,6 +122,7 @@ class Problem(NamedTuple):
     """The program before it is written as a matrix: what every solver reads.
 
     Attributes:
+        shares: (n, n_actions) the mix of actions that Pbar is made of.
         mixed: (n, n) Pbar.
         demonstrated: D ascending.
         caps: (|D|,) the largest xi of each, infinite without a bound, 0 beside an action of the same outcome.
@@ -132,6 +133,7 @@ class Problem(NamedTuple):
 
     mdp: Mdp
     terms: Terms
+    shares: Floats
     mixed: sparse.csr_array
     demonstrated: Ints
     caps: Floats
@@ -201,8 +203,9 @@ def pose(mdp: Mdp, evidence: Evidence, terms: Terms) -> Problem:
     states = np.flatnonzero(demonstrated)
     indistinct = mdp.alike[states, evidence.favourite[states]].sum(axis=1) > 1
     advice_pairs = _advice_pairs(mdp, evidence.advice, advised)
+    shares = _shares(mdp, evidence, replace)
     return Problem(
-        mdp, terms, _mixed(mdp, evidence, replace), states, np.where(indistinct, 0.0, terms.cap),
+        mdp, terms, shares, mdp.under(shares), states, np.where(indistinct, 0.0, terms.cap),
         np.unique(advice_pairs.states), _demonstration_pairs(mdp, evidence.favourite, states), advice_pairs,
     )
 
@@ -217,8 +220,8 @@ def _check(mdp: Mdp, terms: Terms) -> None:
         )
 
 
-def _mixed(mdp: Mdp, evidence: Evidence, replace: bool) -> sparse.csr_array:
-    """Pbar: the demonstrated action, the mix of preferred actions, or the mix of all actions."""
+def _shares(mdp: Mdp, evidence: Evidence, replace: bool) -> Floats:
+    """What Pbar mixes: the demonstrated action, the mix of preferred actions, or the mix of all actions."""
     share = np.full((mdp.n_states, mdp.n_actions), 1.0 / mdp.n_actions)
     known = np.flatnonzero(evidence.favourite >= 0)
     share[known] = 0.0
@@ -226,7 +229,7 @@ def _mixed(mdp: Mdp, evidence: Evidence, replace: bool) -> sparse.csr_array:
     for preference, states in _alike(evidence.advice).items() if replace else ():
         share[states] = 0.0
         share[np.ix_(states, preference.preferred)] = 1.0 / len(preference.preferred)
-    return mdp.under(share)
+    return share
 
 
 def _alike(advice: Mapping[int, Preference]) -> dict[Preference, list[int]]:

@@ -2,13 +2,15 @@
 
     solution = solve(problem)                      # by size; proven to be within 1e-6 of the optimum
     solution = solve(problem, solver='highs')
+
+docs/performance.md has the measurements that the choice by size rests on.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 
-from advise_ros.core import highs
+from advise_ros.core import highs, packaged
 from advise_ros.core.errors import InputError
 from advise_ros.core.program import EXACT, InfeasibleError, Problem, Solution
 
@@ -27,7 +29,20 @@ def _cvxpy(problem: Problem, gap: float) -> Solution:
     return reference.solve(problem)
 
 
-SOLVERS: dict[str, Callable[[Problem, float], Solution]] = {'highs': _highs, 'cvxpy': _cvxpy}
+def _interior(problem: Problem, gap: float) -> Solution:
+    from advise_ros.core import interior_point  # noqa: PLC0415 - its package is needed for large programs only
+
+    return interior_point.solve(problem, gap)
+
+
+SOLVERS: dict[str, Callable[[Problem, float], Solution]] = {
+    'highs': _highs,
+    'piqp': packaged.piqp,
+    'qoco': packaged.qoco,
+    'clarabel': packaged.clarabel,
+    'interior': _interior,
+    'cvxpy': _cvxpy,
+}
 
 
 def solve(problem: Problem, solver: str = AUTO, gap: float = EXACT) -> Solution:

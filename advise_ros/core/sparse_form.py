@@ -15,7 +15,8 @@ from advise_ros.core.program import Pairs, Problem
 class Program(NamedTuple):
     """Minimise cost x subject to row_lower <= matrix x <= row_upper, lower <= x <= upper.
 
-    x = (v (n), r+ (n), r- (n), xi (|D|), zeta (|S|), eta (|S|)) with r = r+ - r-, so that |r| = r+ + r-.
+    x = (v (n), r+ (n), r- (n), xi (|D|), zeta (|S|), eta (|S|)) with r = r+ - r-, so that |r| = r+ + r-; strict
+    advice has no eta.
     Rows: v = r + gamma Pbar v (n), the demonstration pairs, the advice pairs; equalities come first.
     """
 
@@ -34,14 +35,15 @@ def write(problem: Problem) -> Program:
     identity = sparse.eye_array(n)
     xi = _belongs(problem.demonstration_pairs, problem.demonstrated)
     zeta = _belongs(problem.advice_pairs, problem.advised)
+    eta = zeta[:, : 0 if terms.strict else n_s]
     matrix = sparse.block_array([
         [identity - problem.mdp.gamma * problem.mixed, -identity, identity, None, None, None],
         [problem.demonstration_pairs.differences(problem.mdp), None, None, -xi, None, None],
-        [problem.advice_pairs.differences(problem.mdp), None, None, None, -zeta, zeta],
+        [problem.advice_pairs.differences(problem.mdp), None, None, None, -zeta, eta],
     ], format='csc')
-    sizes = (n, n, n, n_d, n_s, n_s)
+    sizes = (n, n, n, n_d, n_s, eta.shape[1])
     rows = (n, xi.shape[0], zeta.shape[0])
-    upper = np.repeat([np.inf, terms.r_max, terms.r_max, 0.0, terms.cap, 0.0 if terms.strict else np.inf], sizes)
+    upper = np.repeat([np.inf, terms.r_max, terms.r_max, 0.0, terms.cap, np.inf], sizes)
     upper[3 * n : 3 * n + n_d] = problem.caps
     return Program(
         cost=np.repeat([0.0, 1.0, 1.0, -terms.lambda_t, -terms.lambda_a, terms.slack_cost], sizes),

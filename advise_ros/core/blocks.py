@@ -1,0 +1,215 @@
+"""The local parts of the interior-point method: what each state does by itself, given v.
+
+    p - q = (I - gamma Pbar) v,    p + q + u = r_max,               p, q, u >= 0
+    s = G v - xi,                  xi + c = cap,                    s, c >= 0
+    s = H v - delta - zeta + eta,  zeta + c_zeta = cap,             s, zeta, c_zeta, eta >= 0
+
+All of them lie in one vector x, their multipliers in another, z. With d = z / x a step fulfils d dx + dz = aim for
+an aim that the method chooses, so eliminating a block is the arithmetic of springs: theta is the stiffness of a
+reward, and the rows of a margin are a star (`stars.py`).
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+
+from advise_ros.core.certificate import Duals
+from advise_ros.core.elimination import System, structure_of
+from advise_ros.core.numerics import Floats
+from advise_ros.core.program import Problem
+from advise_ros.core.stars import stars_of
+
+# The start's room between the margin and its rows, and the least multiplier.
+ROOM, LEAST = 0.3, 1.0
+
+
+class Point(NamedTuple):
+    """v (n,), the non-negative variables x and their multipliers z."""
+
+    v: Floats
+    x: Floats
+    z: Floats
+
+
+class Direction(NamedTuple):
+    """Changes of v, x and z."""
+
+    v: Floats
+    x: Floats
+    z: Floats
+
+    def plus(self, other: Direction, share: float) -> Direction:
+        """This and a share of another."""
+        return Direction(*(a + share * b for a, b in zip(self, other, strict=True)))
+
+
+class Layout(NamedTuple):
+    """Where each kind of variable lies."""
+
+    p: slice
+    q: slice
+    u: slice
+    s: slice
+    c: slice
+    zeta: slice
+    c_zeta: slice
+    eta: slice
+
+    @classmethod
+    def of(cls, *sizes: int) -> Layout:
+        """One kind after the other."""
+        ends = np.cumsum([0, *sizes]).tolist()
+        return cls(*(slice(a, b) for a, b in pairwise(ends)))
+
+
+class Weights(NamedTuple):
+    """What all directions of one step share.
+
+    Attributes:
+        d: z / x.
+        theta, half: (n,) stiffness of each reward, and four times what p + q + u resist together.
+        bound: (|S|,) what zeta and its cap resist.
+        star: (stars,) what the rows of a star and what bounds its margin resist together.
+        residual: (n,) what the dual equation of v lacks.
+    """
+
+    d: Floats
+    theta: Floats
+    half: Floats
+    bound: Floats
+    star: Floats
+    residual: Floats
+
+
+class Blocks:
+    """The blocks of one problem.
+
+    Args:
+        problem: with elastic advice, or without advice.
+    """
+
+    def __init__(self, problem: Problem) -> None:
+        self._problem = problem
+        self._stars = stars_of(problem, structure_of(problem.mdp).edge)
+        self._system = System(problem)
+        self._n_shown = self._stars.n_demonstrated
+        self._capped = np.flatnonzero(np.isfinite(self._stars.caps))
+        n, advised = problem.mdp.n_states, len(self._stars.start) - self._n_shown
+        capped = advised if np.isfinite(problem.terms.cap) else 0
+        self._at = Layout.of(n, n, n, len(self._stars.owner), len(self._capped), advised, capped, advised)
+
+    # -- the start, and what a point says ----------------------------------------------------
+    def start(self) -> Point:
+        """v = 0, and all else as central as it can be without a solve."""
+        terms, stars, at = self._problem.terms, self._stars, self._at
+        cap = terms.cap if np.isfinite(terms.cap) else 1.0
+        lambda_t = terms.lambda_t
+        x, z = np.ones(at.eta.stop), np.ones(at.eta.stop)
+        x[at.p] = x[at.q] = x[at.u] = terms.r_max / 3.0
+        x[at.s], x[at.c] = ROOM, stars.caps[self._capped] + ROOM
+        x[at.zeta] = x[at.c_zeta] = cap / 2.0
+        x[at.eta] = cap / 2.0 + terms.delta + ROOM
+        rows = np.bincount(stars.owner, minlength=len(stars.start))
+        of_row = lambda_t / (rows[: self._n_shown] + np.isfinite(stars.caps))
+        mean = max(LEAST, lambda_t / (3.0 / ROOM + 1.0 / (cap + ROOM)))
+        z[at.u] = mean * 3.0 / terms.r_max
+        z[at.p] = z[at.q] = 1.0 + z[at.u]
+        z[at.c] = of_row[self._capped]
+        asked = self._start_of_advice(z, mean)
+        z[at.s] = np.concatenate([of_row, np.full(len(rows) - self._n_shown, asked) / rows[self._n_shown :]])[stars.owner]
+        return Point(np.zeros(self._problem.mdp.n_states), x, z)
+
+    def _start_of_advice(self, z: Floats, mean: float) -> float:
+        """The multipliers of zeta, its cap and eta; what the rows of a state then sum to."""
+        terms, at = self._problem.terms, self._at
+        if not np.isfinite(terms.cap):
+            asked = (terms.lambda_a + terms.slack_cost) / 2.0
+            z[at.zeta], z[at.eta] = asked - terms.lambda_a, terms.slack_cost - asked
+            return asked
+        asked = terms.slack_cost / 2.0
+        z[at.zeta] = max(mean * 2.0 / terms.cap, LEAST + asked - terms.lambda_a)
+        z[at.c_zeta] = z[at.zeta] + terms.lambda_a - asked
+        z[at.eta] = terms.slack_cost - asked
+        return asked
+
+    def estimated_gap(self, point: Point) -> float:
+        """The relative gap if the residual were nothing."""
+        terms, at, x = self._problem.terms, self._at, point.x
+        xi = (self._stars.caps[self._capped] - x[at.c]).sum()
+        objective = (
+            terms.lambda_t * xi + terms.lambda_a * x[at.zeta].sum() - terms.slack_cost * x[at.eta].sum()
+            - x[at.p].sum() - x[at.q].sum()
+        )
+        return float(np.einsum('i,i', x, point.z) / max(1.0, abs(objective)))
+
+    def duals(self, point: Point) -> Duals:
+        """The multipliers of the problem's rows; rows that are zero have none."""
+        at, rows = self._at, self._stars.rows_demonstrated
+        shown = np.zeros(len(self._problem.demonstration_pairs.states))
+        shown[self._stars.shown] = point.z[at.s][:rows]
+        return Duals((point.z[at.p] - point.z[at.q]) / 2.0, shown, point.z[at.s][rows:])
+
+    # -- one step ----------------------------------------------------------------------------
+    def weigh(self, point: Point) -> Weights:
+        """Factor the system at a point.
+
+        Raises:
+            AdviseError: it cannot be factored.
+        """
+        at, stars, d = self._at, self._stars, point.z / point.x
+        d_p, d_q, d_u = d[at.p], d[at.q], d[at.u]
+        half = d_p + d_q + 4.0 * d_u
+        theta = (d_p * d_q + d_u * (d_p + d_q)) / half
+        bound = self._with_cap(d[at.zeta], d[at.c_zeta])
+        ground = self._of_stars(d[at.c], bound * d[at.eta] / (bound + d[at.eta]))
+        star = stars.total(d[at.s]) + ground
+        self._system.factor(theta, stars.weights(d[at.s], ground, star))
+        return Weights(d, theta, half, bound, star, self._residual(point))
+
+    def _residual(self, point: Point) -> Floats:
+        flow = (point.z[self._at.p] - point.z[self._at.q]) / 2.0
+        return -self._pull(flow, point.z[self._at.s])
+
+    def _pull(self, flow: Floats, of_rows: Floats) -> Floats:
+        """(I - gamma Pbar)' y + G' w + H' z."""
+        of_pairs = self._stars.pairs.weighted(self._problem.mdp, of_rows)
+        return self._problem.backup_transposed(flow) + of_pairs
+
+    def direction(self, weights: Weights, aim: Floats, residual: Floats) -> Direction:
+        """The changes with d dx + dz = aim that take the residual away."""
+        at, stars, d, problem = self._at, self._stars, weights.d, self._problem
+        uneven = d[at.p] - d[at.q]
+        together = 2.0 * (aim[at.p] + aim[at.q] - 2.0 * aim[at.u]) / weights.half
+        flow = (aim[at.p] - aim[at.q] - uneven * together / 2.0) / 2.0
+        room, d_eta = self._with_cap(aim[at.zeta], -aim[at.c_zeta]), d[at.eta]
+        advice = (weights.bound * aim[at.eta] - d_eta * room) / (weights.bound + d_eta)
+        pull = stars.total(aim[at.s]) + self._of_stars(aim[at.c], advice)
+        v = self._system.solve(
+            self._pull(flow, aim[at.s] - d[at.s] * (pull / weights.star)[stars.owner]) - residual
+        )
+        reward, rows = problem.backup(v), stars.pairs.margins(problem.mdp.expected(v))
+        margin = (stars.total(d[at.s] * rows) - pull) / weights.star
+        x = np.empty(at.eta.stop)
+        together -= uneven * reward / weights.half
+        x[at.p], x[at.q], x[at.u] = (together + reward) / 2.0, (together - reward) / 2.0, -together
+        x[at.s] = rows - margin[stars.owner]
+        x[at.c] = -margin[self._capped]
+        asked = stars.total(aim[at.s] - d[at.s] * x[at.s])[self._n_shown :]
+        x[at.zeta] = (room - asked) / weights.bound
+        x[at.c_zeta] = -x[at.zeta][: at.c_zeta.stop - at.c_zeta.start]
+        x[at.eta] = (asked + aim[at.eta]) / d_eta
+        return Direction(v, x, aim - d * x)
+
+    def _with_cap(self, of_zeta: Floats, of_cap: Floats) -> Floats:
+        """The sum where zeta has a cap."""
+        return of_zeta + of_cap if len(of_cap) else of_zeta.copy()
+
+    def _of_stars(self, of_caps: Floats, of_advice: Floats) -> Floats:
+        """(stars,) what belongs to the cap of each demonstrated and to the margin of each advised state."""
+        whole = np.zeros(self._n_shown + len(of_advice))
+        whole[self._capped] = of_caps
+        whole[self._n_shown :] = of_advice
+        return whole

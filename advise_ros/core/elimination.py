@@ -1,0 +1,194 @@
+"""The n x n system in v that one step of the interior-point method comes down to, and its factors.
+
+With everything but v eliminated a step solves K dv = b with
+
+    K = E' Theta E + sum over states of weights times (P_a - P_b)' (P_a - P_b),    E = I - gamma Pbar.
+
+Where K has entries depends on the process alone, not on evidence or weights. So `Structure` is made once for a
+process, and each K is two products of a sparse matrix with the weights. Factors are by QDLDL, whose ordering and
+symbolic factor are kept from step to step.
+"""
+
+from __future__ import annotations
+
+import importlib
+from typing import Any, NamedTuple
+from weakref import WeakKeyDictionary
+
+import numpy as np
+from scipy import sparse
+
+from advise_ros.core.errors import AdviseError, InputError
+from advise_ros.core.mdp import Mdp
+from advise_ros.core.numerics import Floats, Ints
+from advise_ros.core.program import Problem
+
+# Added to the diagonal: far below what matters, enough for directions that nothing weighs.
+REGULARISATION = 1e-12
+
+
+class Outer(NamedTuple):
+    """Products of two entries of one row, for entries of K's upper triangle.
+
+    Attributes:
+        left, right: positions of both factors among the row entries.
+        start: where the products of each entry of K begin; they lie one after the other.
+        row: the row that each product comes from.
+    """
+
+    left: Ints
+    right: Ints
+    start: Ints
+    row: Ints
+
+
+class Structure(NamedTuple):
+    """What K looks like for a process.
+
+    Attributes:
+        row, outcome: of each position that any action (or staying) reaches: its state, and (n_actions, k) P_a there.
+        stay: (n,) the position of each state in its own row.
+        own: products of the rows of E.
+        edges: (nnz, n * n_edges) K's entries from the weights of pairs of actions, edge after edge.
+        edge: (n_actions, n_actions) number of each pair of actions.
+        indptr, indices: of K's upper triangle, by column.
+        diagonal: (n,) positions of the diagonal.
+    """
+
+    row: Ints
+    outcome: Floats
+    stay: Ints
+    own: Outer
+    edges: sparse.csr_array
+    edge: Ints
+    indptr: Ints
+    indices: Ints
+    diagonal: Ints
+
+
+_structures: WeakKeyDictionary[Mdp, Structure] = WeakKeyDictionary()
+
+
+def structure_of(mdp: Mdp) -> Structure:
+    """The structure of a process, made once."""
+    if mdp not in _structures:
+        _structures[mdp] = _structure(mdp)
+    return _structures[mdp]
+
+
+def _structure(mdp: Mdp) -> Structure:
+    n, n_actions = mdp.n_states, mdp.n_actions
+    reach, outcome = _aligned(mdp)
+    row = np.repeat(np.arange(n), np.diff(reach.indptr))
+    stay = np.flatnonzero(reach.indices == row)
+    left, right = _pairs_within(reach.indptr)
+    keys = reach.indices[right].astype(np.int64) * n + reach.indices[left]
+    entries, which = np.unique(keys, return_inverse=True)
+    order = np.argsort(which, kind='stable')
+    own = Outer(
+        left[order], right[order], np.searchsorted(which[order], np.arange(len(entries) + 1)), row[left[order]],
+    )
+    columns, rows = entries // n, entries % n
+    edge = np.zeros((n_actions, n_actions), dtype=np.int64)
+    first, second = np.triu_indices(n_actions, 1)
+    edge[first, second] = edge[second, first] = np.arange(len(first))
+    each = [
+        _edge(outcome[a] - outcome[b], (left, right), which, row, (len(entries), n))
+        for a, b in zip(first, second, strict=True)
+    ]
+    return Structure(
+        row, outcome, stay, own, sparse.hstack(each, format='csr'), edge,
+        np.searchsorted(columns, np.arange(n + 1)), rows, np.flatnonzero(rows == columns),
+    )
+
+
+def _aligned(mdp: Mdp) -> tuple[sparse.csr_array, Floats]:
+    """All that any action or staying reaches, and each action's probabilities at those positions."""
+    n, n_actions = mdp.n_states, mdp.n_actions
+    reach = sparse.eye_array(n, format='csr')
+    for a in range(n_actions):
+        reach = reach + mdp.stacked[a * n : (a + 1) * n]
+    reach.sort_indices()
+    keys = np.repeat(np.arange(n), np.diff(reach.indptr)) * n + reach.indices
+    outcome = np.zeros((n_actions, len(keys)))
+    for a in range(n_actions):
+        moves = mdp.stacked[a * n : (a + 1) * n].tocoo()
+        np.add.at(outcome[a], np.searchsorted(keys, moves.row.astype(np.int64) * n + moves.col), moves.data)
+    return reach, outcome
+
+
+def _pairs_within(indptr: Ints) -> tuple[Ints, Ints]:
+    """All pairs left <= right of positions of the same row."""
+    lefts, rights = [], []
+    lengths = np.diff(indptr)
+    for length in np.unique(lengths):
+        i, j = np.triu_indices(length)
+        begin = indptr[:-1][lengths == length].astype(np.int64)[:, None]
+        lefts.append((begin + i).ravel())
+        rights.append((begin + j).ravel())
+    return np.concatenate(lefts), np.concatenate(rights)
+
+
+def _edge(
+    difference: Floats, pairs: tuple[Ints, Ints], which: Ints, row: Ints, shape: tuple[int, int],
+) -> sparse.csr_array:
+    """(nnz, n) K's entries from the weight of one pair of actions in each state."""
+    left, right = pairs
+    product = difference[left] * difference[right]
+    kept = np.flatnonzero(product)
+    return sparse.coo_array((product[kept], (which[kept], row[left[kept]])), shape=shape).tocsr()
+
+
+def _qdldl() -> Any:
+    try:
+        return importlib.import_module('qdldl')
+    except ImportError:
+        raise InputError("solver 'interior' needs qdldl; run 'pip install qdldl' or choose solver 'highs'") from None
+
+
+class System:
+    """K of one problem: made, factored and solved as often as wanted.
+
+    Args:
+        problem: whose K it is.
+
+    Raises:
+        InputError: QDLDL is not installed.
+    """
+
+    def __init__(self, problem: Problem) -> None:
+        n = problem.mdp.n_states
+        self._structure = structure = structure_of(problem.mdp)
+        rows = -problem.mdp.gamma * np.einsum('ak,ka->k', structure.outcome, problem.shares[structure.row])
+        rows[structure.stay] += 1.0
+        own = structure.own
+        self._own = sparse.csr_array(
+            (rows[own.left] * rows[own.right], own.row, own.start), shape=(len(structure.indices), n)
+        )
+        self._matrix = sparse.csc_matrix(
+            (np.zeros(len(structure.indices)), structure.indices.astype(np.int32), structure.indptr.astype(np.int32)),
+            shape=(n, n),
+        )
+        self._qdldl, self._factor = _qdldl(), None
+
+    def factor(self, theta: Floats, edges: Floats) -> None:
+        """Take new weights: theta (n,) and those of the pairs of actions, (n_edges * n,).
+
+        Raises:
+            AdviseError: K is not positive definite in floating point.
+        """
+        data = self._matrix.data
+        data[:] = self._own @ theta + self._structure.edges @ edges
+        data[self._structure.diagonal] += REGULARISATION
+        try:
+            if self._factor is None:
+                self._factor = self._qdldl.Solver(self._matrix, upper=True)
+            else:
+                self._factor.update(self._matrix, upper=True)
+        except (RuntimeError, ValueError) as problem:
+            raise AdviseError(f'the interior-point system cannot be factored: {problem}') from None
+
+    def solve(self, right: Floats) -> Floats:
+        """(n,) dv of the newest weights."""
+        solution: Floats = self._factor.solve(right)
+        return solution
