@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import signal
+import struct
 import sys
 from pathlib import Path
 from typing import Any
@@ -14,16 +15,22 @@ from rclpy.node import Node
 from advise_ros.config import LoggerConfig
 from advise_ros.core.errors import InputError
 from advise_ros.recording import platform
+from advise_ros.recording.background import MIB, BackgroundWriter, Entry, Limits
 from advise_ros.recording.definitions import definition
 from advise_ros.recording.writer import BagWriter
 from advise_ros.ros import diagnostics, parameters, run, topics
 from advise_ros.ros.diagnostics import Diagnostics
 from advise_ros.ros.parameter_watch import ParameterWatch
-from advise_ros.ros.subscriptions import RawSubscriptions
+from advise_ros.ros.subscriptions import CLOCK_TOPIC, Arrival, RawSubscriptions
 
+# Messages wait this long in their queues; 5000 a second are 250, a tenth of what fits.
+TAKE_PERIOD_S = 0.05
 DISCOVERY_PERIOD_S = 0.5
 PARAMETERS_RECORD = 'parameters '
 PLATFORM_RECORD = 'platform'
+# builtin_interfaces/Time behind the encapsulation of a message in CDR (little-endian).
+CLOCK_CDR = struct.Struct('<4xiI')
+NS = 1_000_000_000
 
 
 class Logger(Node):
@@ -31,10 +38,14 @@ class Logger(Node):
 
     By default: pose, odom, cmd_vel, vehicle_status, battery_state, demonstration, advise/query,
     advise/policy, advise/advice_log, advise/status, advise/uncertainty, advise/reward, advise/markers,
-    policy/status and /diagnostics; or the names and patterns in `topics`, also those that appear later.
-    Messages are stored as they came (CDR) with their definitions and the profiles that publishers
-    offer; the bag also holds the parameters of every node and the versions of the numeric packages.
-    Ctrl-C finishes it. It opens in `ros2 bag`, rosbags, mcap and Foxglove; `replay BAG` checks it.
+    policy/status, /diagnostics and what services tell of their calls (service_introspection); or the names
+    and patterns in `topics`, also those that appear later. Messages are stored as they came (CDR) with
+    their definitions and the profiles that publishers offer; the bag also holds the parameters of every
+    node and the versions of the numeric packages.
+
+    What came more than flush_s ago survives the death of this process; `recover BAG` makes a bag whole
+    that was cut off. A full disk raises an alarm on /diagnostics and harms nobody else. Ctrl-C finishes
+    the bag. It opens in `ros2 bag`, rosbags, mcap and Foxglove; `replay BAG` checks it.
 
     Example: ros2 run advise_ros logger --ros-args -p bag:=session1
     """
@@ -46,86 +57,102 @@ class Logger(Node):
             raise InputError("parameter 'bag' is empty; name the directory to write, e.g. -p bag:=session1")
         self.exit_code = run.OK
         self._diagnostics = Diagnostics(self)
-        self._failed = False
-        self._channels: dict[str, int] = {}
-        self._topics_written = 0
-        self._writer = BagWriter(Path(self.config.bag), self.config.compression, self.config.chunk_kib * 1024)
-        self._writer.add_record(PLATFORM_RECORD, platform.describe())
+        self._told_end = False
+        self._opened: set[str] = set()
+        self._simulated = bool(self.get_parameter('use_sim_time').value)
+        self._simulated_ns = 0
         self._incoming = self._subscribe()
+        self._writer = self._open_bag()
+        self._writer.add_record(PLATFORM_RECORD, platform.describe())
         self._parameter_watch = ParameterWatch(self, self._on_parameters)
         steady = Clock(clock_type=ClockType.STEADY_TIME)
+        self.create_timer(min(TAKE_PERIOD_S, self.config.flush_s / 4), self._take, clock=steady)
         self.create_timer(DISCOVERY_PERIOD_S, self._discover, clock=steady)
-        self.create_timer(self.config.flush_s, self._flush, clock=steady)
+        self.create_timer(self.config.flush_s, self._report, clock=steady)
 
     def _subscribe(self) -> RawSubscriptions:
-        patterns = [pattern.strip() for pattern in self.config.topics.split(',') if pattern.strip()]
-        return RawSubscriptions(self, patterns, {} if patterns else topics.RECORDED, self._on_message)
+        asked = [pattern.strip() for pattern in self.config.topics.split(',') if pattern.strip()]
+        known = {} if asked else topics.RECORDED
+        return RawSubscriptions(self, asked or topics.RECORDED_PATTERNS, known, clock=self._simulated)
+
+    def _open_bag(self) -> BackgroundWriter:
+        config = self.config
+        bag = BagWriter(Path(config.bag), config.compression, config.chunk_kib * 1024)
+        return BackgroundWriter(
+            bag, Limits(config.flush_s, config.split_s, config.split_mib * MIB, config.min_free_mib * MIB),
+        )
 
     def _discover(self) -> None:
         self._incoming.refresh()
         self._parameter_watch.refresh()
 
-    def _on_message(self, topic: str, type_name: str, data: bytes, source_ns: int) -> None:
-        if self._failed:
+    # -- messages ----------------------------------------------------------------------------
+    def _take(self) -> None:
+        if self._writer.problem is not None:
+            self._tell_end(self._writer.problem)
             return
-        try:
-            channel = self._channels.get(topic) or self._open_channel(topic, type_name)
-            self._writer.write(channel, self.get_clock().now().nanoseconds, source_ns, data)
-        except OSError as problem:
-            self._fail(problem)
+        entries = []
+        for arrival in self._incoming.take():
+            log_time_ns = self._log_time_ns(arrival)
+            if arrival.topic in self._opened or self._open(arrival):
+                entries.append(Entry(arrival.topic, log_time_ns, arrival.source_ns, arrival.data))
+        if entries:
+            self._writer.write(entries)
 
-    def _open_channel(self, topic: str, type_name: str) -> int:
-        channel = self._writer.add_topic(topic, definition(type_name), self._incoming.offers(topic))
-        self._channels[topic] = channel
-        return channel
+    def _log_time_ns(self, arrival: Arrival) -> int:
+        """When a message arrived, by the wall clock or by what was heard before it of the simulated one."""
+        if not self._simulated:
+            return arrival.received_ns
+        if arrival.topic == CLOCK_TOPIC:
+            seconds, nanoseconds = CLOCK_CDR.unpack_from(arrival.data)
+            self._simulated_ns = seconds * NS + nanoseconds
+        return self._simulated_ns
+
+    def _open(self, arrival: Arrival) -> bool:
+        """Begin a topic with its first message, unless it is only heard for the time that it tells."""
+        if arrival.topic == CLOCK_TOPIC and not self._incoming.is_asked_for(CLOCK_TOPIC):
+            return False
+        self._opened.add(arrival.topic)
+        self._writer.open_topic(arrival.topic, definition(arrival.type_name), self._incoming.offers(arrival.topic))
+        return True
 
     def _on_parameters(self, node_name: str, values: dict[str, Any]) -> None:
-        if self._failed:
-            return
-        try:
-            self._writer.add_record(
-                PARAMETERS_RECORD + node_name, {name: json.dumps(value) for name, value in values.items()}
-            )
-        except OSError as problem:
-            self._fail(problem)
+        texts = {name: json.dumps(value) for name, value in values.items()}
+        self._writer.add_record(PARAMETERS_RECORD + node_name, texts)
 
-    def _flush(self) -> None:
-        if self._failed:
-            return
-        try:
-            self._writer.flush()
-            if len(self._channels) != self._topics_written:
-                self._writer.write_metadata_file()
-                self._topics_written = len(self._channels)
-        except OSError as problem:
-            self._fail(problem)
-            return
-        self._report()
-
+    # -- what people read --------------------------------------------------------------------
     def _report(self) -> None:
-        problems = self._incoming.problems
-        values = self._writer.counts
-        if problems:
-            self._diagnostics.set(diagnostics.WARN, next(iter(problems.values())), values)
+        problems, counts, dropped = self._incoming.problems, self._writer.counts, self._writer.dropped
+        if self._writer.problem is not None:
+            self._tell_end(self._writer.problem)
+        elif dropped:
+            self._diagnostics.set(diagnostics.ERROR, f'the disk of {self.config.bag} is too slow: messages are lost', {
+                'lost': dropped, **counts,
+            })
+        elif problems:
+            self._diagnostics.set(diagnostics.WARN, next(iter(problems.values())), counts)
         else:
-            self._diagnostics.set(diagnostics.OK, f'recording into {self.config.bag}', values)
+            self._diagnostics.set(diagnostics.OK, f'recording into {self.config.bag}', counts)
 
-    def _fail(self, problem: OSError) -> None:
+    def _tell_end(self, problem: str) -> None:
         """Say once that nothing more is recorded; the rest of the graph must not suffer."""
-        self._failed = True
+        if self._told_end:
+            return
+        self._told_end = True
         self.exit_code = run.VERDICT_NO
-        text = f'recording into {self.config.bag} stopped: {problem.strerror}; free some space and start the logger again'
+        text = f'recording into {self.config.bag} stopped: {problem}; free some space and start the logger again'
         self.get_logger().error(text)
         self._diagnostics.set(diagnostics.ERROR, text)
 
     def close(self) -> None:
         """Finish the bag; the ROS context may be gone."""
-        try:
-            self._writer.close()
-        except OSError as problem:
+        self._take()
+        self._take()  # What came during the first.
+        self._writer.close()
+        if self._writer.problem is not None:
             self.exit_code = run.VERDICT_NO
-            if not self._failed:
-                run.fail(f'bag {self.config.bag} could not be finished: {problem.strerror}; free some space')
+            if not self._told_end:
+                run.fail(f'bag {self.config.bag} could not be finished: {self._writer.problem}; free some space')
 
 
 def main() -> None:

@@ -47,6 +47,11 @@ class McapWriter:
         """Bytes in the file so far; the chunk in progress comes on top."""
         return self._stream.tell()
 
+    @property
+    def fileno(self) -> int:
+        """What was flushed outlives the machine's power once this is synced."""
+        return self._stream.fileno()
+
     def add_schema(self, name: str, encoding: str, data: bytes) -> int:
         """Returns the schema's id."""
         schema_id = self._mcap.register_schema(name, encoding, data)
@@ -79,16 +84,12 @@ class McapWriter:
         """Close the chunk in progress and hand it to the operating system: it outlives this process."""
         self._mcap.flush()  # type: ignore[no-untyped-call]
 
-    def sync(self) -> None:
-        """What was flushed is on the disk when this returns: it outlives the machine's power."""
-        os.fsync(self._stream.fileno())
-
     def finish(self) -> None:
         """Write the index and close the file; it is closed whatever happens."""
         try:
             self._mcap.finish()  # type: ignore[no-untyped-call]
             self._stream.flush()
-            self.sync()
+            os.fsync(self.fileno)
         finally:
             self.abandon()
 

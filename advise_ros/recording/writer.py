@@ -90,9 +90,10 @@ class BagWriter:
         """Hand what was written to the operating system: it outlives this process."""
         self._files[-1].flush()
 
-    def sync(self) -> None:
-        """What was flushed is on the disk when this returns."""
-        self._files[-1].sync()
+    @property
+    def fileno(self) -> int:
+        """Of the file being written."""
+        return self._files[-1].fileno
 
     def split(self) -> None:
         """Finish the file being written and go on in the next one."""

@@ -24,3 +24,6 @@ RECORDED: dict[str, tuple[str, QoSProfile]] = {
     'policy/status': ('advise_msgs/msg/FlightStatus', qos.latched(1000)),
     '/diagnostics': ('diagnostic_msgs/msg/DiagnosticArray', qos.COMMAND_DEEP),
 }
+
+# What the session's services tell of their calls, once someone has turned that on (parameter service_introspection).
+RECORDED_PATTERNS = tuple(f'{service}/*/_service_event' for service in ('advise', 'recorder', 'policy', 'mavlink_bridge'))
