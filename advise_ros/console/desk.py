@@ -7,7 +7,7 @@ import time
 from collections import OrderedDict, deque
 from collections.abc import Callable, Mapping
 from concurrent.futures import Future as Promise
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from rclpy.action import ActionClient
@@ -20,7 +20,7 @@ from advise_msgs.action import Fly
 from advise_msgs.srv import AnswerQuery, PreviewAnswer, RetractAdvice
 from advise_ros.console import acts
 from advise_ros.console.listener import Listener
-from advise_ros.core.advice import Answer
+from advise_ros.core.advice import Answer, Code
 from advise_ros.core.errors import InputError
 from advise_ros.ros import convert_advice
 
@@ -28,6 +28,9 @@ Reply = dict[str, Any]
 TICK_S = 0.1
 # A request without reply for this long (steady time) is given up.
 PATIENCE_S = 15.0
+# A learner that does not know the question may ask it again under another number within this time.
+ASKED_PATIENCE_S = 20.0
+NOT_OPEN = (Code.UNKNOWN_QUERY, Code.STALE_QUERY)
 # Replies remembered, so that an answer sent again gets the same one.
 REMEMBERED = 500
 # Answers kept while the learner is away.
@@ -36,14 +39,22 @@ KEPT_MOST = 50
 
 @dataclass
 class Kept:
-    """An answer on its way; `states` are those that the person saw."""
+    """An answer on its way.
+
+    Attributes:
+        states: those that the person saw.
+        since_s: when it came (steady time).
+        refused: what the learner said when it knew nothing of the question, None while it did not.
+    """
 
     uid: str
     answer: Answer
     states: tuple[int, ...]
     promise: Promise[Reply]
+    since_s: float
     sent: Future | None = None
     sent_s: float = 0.0
+    refused: Reply | None = None
 
 
 @dataclass
@@ -101,7 +112,8 @@ class Desk:
         if name in acts.TRIGGERS:
             return lambda: self._call(promise, self._trigger[name], Trigger.Request(), name)
         if name == 'answer':
-            kept = Kept(acts.unique_id(given), acts.answer_of(given), acts.asked_states(given), promise)
+            answer, states = acts.answer_of(given), acts.asked_states(given)
+            kept = Kept(acts.unique_id(given), answer, states, promise, time.monotonic())
             return lambda: self._take(kept)
         if name == 'preview':
             request = _preview_of(acts.answer_of(given))
@@ -122,7 +134,8 @@ class Desk:
 
     def _call(self, promise: Promise[Reply], client: Any, request: Any, what: str) -> None:
         if not client.service_is_ready():
-            promise.set_result(_no(f'nobody serves {client.srv_name}; is its node running?'))
+            service = self._node.resolve_service_name(client.srv_name)
+            promise.set_result(_no(f'nobody serves {service}; is its node running?'))
             return
         self._await(promise, client.call_async(request), what)
 
@@ -155,15 +168,26 @@ class Desk:
     def _forward(self) -> None:
         for kept in [kept for kept in self._kept.values() if kept.sent is None]:
             if self._answer.service_is_ready() and self._listener.learner_alive():
-                self._give(kept)
+                self._give_if_asked(kept)
         self._listener.board.put('kept', [kept.uid for kept in self._kept.values() if kept.sent is None])
 
-    def _give(self, kept: Kept) -> None:
-        """Give an answer to the question that the person saw; another with the same number is not it."""
+    def _give_if_asked(self, kept: Kept) -> None:
+        """Give an answer to the question that the person saw.
+
+        A learner that was started again asks the same under another number, and something else under the same one.
+        """
         query = self._listener.query
-        if query is not None and query.query_id == kept.answer.query_id and query.states != kept.states:
-            self._finish(kept, _no('the question has changed meanwhile; your answer to the old one was not given'))
+        if kept.refused is not None and (query is None or query.query_id == kept.answer.query_id):
+            return  # The learner's new question is not heard yet.
+        if query is not None and query.states == kept.states:
+            kept.answer = replace(kept.answer, query_id=query.query_id)
+        elif kept.refused is not None or (query is not None and query.query_id == kept.answer.query_id):
+            message = kept.refused['message'] if kept.refused else 'the question has changed'
+            self._finish(kept, _no(f'{message}; the answer to the old question was not given'))
             return
+        self._give(kept)
+
+    def _give(self, kept: Kept) -> None:
         kept.sent, kept.sent_s = self._answer.call_async(convert_advice.answer_to_request(kept.answer)), time.monotonic()
         kept.sent.add_done_callback(lambda done: self._on_reply(kept, done))
 
@@ -172,8 +196,11 @@ class Desk:
             return  # It was given up.
         reply = reply_of(done.result())
         if not reply['ok'] and self._is_logged(kept.answer):
-            reply = {'ok': True, 'message': 'noted before the connection was lost'}
-        self._finish(kept, reply)
+            reply = {'ok': True, 'message': 'it was noted before the connection was lost'}
+        if reply.get('code') in NOT_OPEN and time.monotonic() - kept.since_s < ASKED_PATIENCE_S:
+            kept.sent, kept.refused = None, reply
+        else:
+            self._finish(kept, reply)
 
     def _is_logged(self, answer: Answer) -> bool:
         """Whether the learner had taken it, and only its reply was lost: the log has the same words."""
@@ -197,7 +224,12 @@ class Desk:
         for kept in self._kept.values():
             if kept.sent is not None and (now - kept.sent_s > PATIENCE_S or not self._listener.learner_alive()):
                 self._answer.remove_pending_request(kept.sent)
-                kept.sent = None
+                kept.sent, kept.since_s = None, now
+        for kept in list(self._kept.values()):
+            if kept.refused is not None and now - kept.since_s > ASKED_PATIENCE_S:
+                self._finish(kept, kept.refused)
+            elif not self._listener.learner_alive():
+                kept.since_s = now
         self._forward()
         for waiting in self._waiting:
             if now > waiting.until_s:

@@ -6,16 +6,19 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import Browser
+from playwright.sync_api import Browser, expect
 
 from advise_msgs.msg import Advice
-from support.browser import Person, chromium, start_console
+from advise_ros.core.advice import Verdict
+from support.browser import PHONE, Person, chromium, start_console
 from support.graph import Graph
 from support.learner import Learner, write_grid
 from support.walks import GRID_4X4
 
-ASKED, CHANGED, CLASH = (253, 231, 181), (201, 239, 224), (184, 51, 15)
-FAST = {'learn_when': 'demonstration'}
+# Colours of the map, and how many points of them are surely no accident.
+ASKED, CHANGED, CLASH, PART = (253, 231, 181), (201, 239, 224), (184, 51, 15), (0, 114, 178)
+SOME = 200
+INJECTION = '<img src=x onerror="document.title=1"><script>document.title=2</script>'
 
 
 @pytest.fixture(scope='module')
@@ -38,28 +41,112 @@ def learner(graph: Graph, grid_file: str) -> Learner:
     return asking
 
 
-def entry(learner: Learner, number: int = -1) -> Advice:
+def entry(learner: Learner, number: int) -> Advice:
     """An entry of the advice log, once it is there."""
-    wanted = max(number, 0)
-    learner.graph.wait_until(lambda: len(learner.log) > wanted, what='an entry of the log')
+    learner.graph.wait_until(lambda: len(learner.log) > number, what=f'entry {number} of the log')
     return learner.log[number]
 
 
-# -- answering -------------------------------------------------------------------------------
-def test_a_newcomer_sees_the_question_and_answers_by_mouse(graph: Graph, learner: Learner, browser: Browser) -> None:
+def test_a_newcomer_answers_by_mouse_and_sees_before_what_it_changes(
+    graph: Graph, learner: Learner, browser: Browser,
+) -> None:
     _, address = start_console(graph)
     anna = Person(browser, address, 'Anna')
     anna.asked(1)
     asked = learner.query_of(learner.policies[-1])
-    anna.shows('question', asked.question)
-    assert anna.pixels(ASKED) > 500
+    anna.shows('question', asked.question.rpartition('. ')[0])
+    assert anna.pixels(ASKED) > SOME and anna.pixels(CHANGED) == 0
     anna.click('^EAST')
     anna.shows('sentence', 'You say: EAST is right, WEST is wrong.')
     anna.shows('preview', 'expected success')
-    anna.click('Send')
-    anna.history('EAST, not WEST', 'Anna', f'{len(asked.states)} cells')
+    assert anna.pixels(CHANGED) > SOME
+    assert not learner.log, 'a preview commits nothing'
+    anna.click('^Send')
+    anna.history('EAST, not WEST', 'Anna', f'{len(asked.states)} cells', 'expected')
     given = entry(learner, 0)
     assert (list(given.preferred), list(given.avoided), given.expert_id) == ([1], [3], 'Anna')
     assert list(given.states) == list(asked.states)
     anna.asked(2)
+    assert not anna.errors
+
+
+def test_the_keyboard_alone_does_everything(graph: Graph, learner: Learner, browser: Browser) -> None:
+    _, address = start_console(graph)
+    ben = Person(browser, address, 'Ben', PHONE)
+    ben.asked(1)
+    ben.press('ArrowUp', 'ArrowRight', 'Shift+ArrowLeft')
+    ben.shows('sentence', 'You say: NORTH and EAST are right, WEST is wrong.')
+    ben.press('Backspace')
+    ben.shows('sentence', 'Which direction is right in the marked cells?')
+    ben.press('ArrowUp', 'o')
+    ben.shows('sentence', 'NORTH is right, EAST, SOUTH and WEST are wrong.')
+    ben.press('Enter')
+    assert list(entry(learner, 0).avoided) == [1, 2, 3]
+    ben.asked(2)
+    ben.press('Backspace')
+    assert entry(learner, 1).retracted
+    expect(ben.page.locator('.history li').first).to_contain_text('taken back')
+    ben.asked(3)
+    ben.press('s')
+    assert entry(learner, 2).verdict == Verdict.SKIP
+    ben.asked(4)
+    ben.press('u')
+    assert entry(learner, 3).verdict == Verdict.UNSURE
+    ben.asked(5)
+    ben.press('m')
+    ben.shows('sentence', 'Mark the cells that go another way')
+    ben.press('s')
+    assert entry(learner, 4).verdict == Verdict.MIXED
+    assert not ben.errors
+
+
+def test_a_split_is_drawn_and_each_part_asked_about(graph: Graph, learner: Learner, browser: Browser) -> None:
+    _, address = start_console(graph)
+    anna = Person(browser, address)
+    anna.asked(1)
+    asked = list(learner.query_of(learner.policies[-1]).states)
+    anna.press('m')
+    anna.page.locator('.over.drawing').first.wait_for()
+    anna.press('x')
+    anna.shows('sentence', f'these 1 of {len(asked)} cells go another way')
+    drawn = [state for state in asked if state // GRID_4X4.n_cells == asked[0] // GRID_4X4.n_cells][:2]
+    anna.draw(GRID_4X4, drawn[1] % GRID_4X4.n_cells)
+    anna.shows('sentence', f'these 2 of {len(asked)} cells go another way')
+    assert anna.pixels(PART) > SOME
+    anna.press('Enter')
+    given = entry(learner, 0)
+    assert (given.verdict, list(given.states)) == (Verdict.SPLIT, drawn)
+    anna.asked(2)
+    learner.graph.wait_until(lambda: learner.queries[-1].query_id == 2, what='the next query')
+    assert set(learner.queries[-1].states) != set(asked)
+    assert not anna.errors
+
+
+def test_a_contradiction_is_shown_with_the_earlier_answer_and_resolved(
+    graph: Graph, grid_file: str, browser: Browser,
+) -> None:
+    by_moves_alone = {'cluster_features': 0.0, 'acquisition': 'paper', 'temperature': 1.0}
+    learner = Learner(graph, grid_file, clusters=4, **by_moves_alone)
+    learner.demonstrate(0, 1)
+    learner.policy(2, 0)
+    _, address = start_console(graph)
+    anna = Person(browser, address, 'Anna')
+    anna.asked(1)
+    anna.press('ArrowRight', 'Enter')
+    anna.history('EAST, not WEST')
+    for number in range(2, 9):  # Flights make new clusters of states that were answered for.
+        learner.demonstrate(number)
+        asked = learner.query_of(learner.policy(number + 1, 1))
+        if asked.query_id and asked.answered_before:
+            break
+    anna.asked(asked.query_id)
+    anna.shows('before', 'answer 1 by Anna, EAST, not WEST')
+    anna.press('ArrowLeft')
+    anna.shows('clash', 'Answer 1 by Anna: EAST, not WEST')
+    assert anna.pixels(CLASH) > SOME
+    anna.press('Enter')
+    anna.shows('clash', 'Two answers contradict each other')
+    anna.click('^Take back answer 1$')
+    anna.hides('clash')
+    assert learner.log[-1].advice_id == 1 and learner.log[-1].retracted
     assert not anna.errors

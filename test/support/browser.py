@@ -10,6 +10,7 @@ from typing import Any
 
 from playwright.sync_api import Browser, Locator, Page, expect, sync_playwright
 
+from advise_ros.core.grid import Grid
 from support.graph import Graph
 from support.processes import Process
 
@@ -78,6 +79,31 @@ class Person:
     def click(self, name: str) -> None:
         self.page.get_by_role('button', name=re.compile(name)).first.click()
 
+    def draw(self, grid: Grid, cell: int) -> None:
+        """Touch a cell of the main map by mouse."""
+        canvas = self.page.locator('.stage > .map .over')
+        box = canvas.bounding_box()
+        assert box is not None
+        column, row = grid.xy(cell)
+        share = ((column + 0.5) / grid.width, (grid.height - row - 0.5) / grid.height)
+        self.page.mouse.move(box['x'] + share[0] * box['width'], box['y'] + share[1] * box['height'])
+        self.page.mouse.down()
+        self.page.mouse.up()
+
+    def late_answer(self, number: int, states: list[int]) -> dict[str, Any]:
+        """What the server replies to an answer that a page sends too late."""
+        reply: dict[str, Any] = self.page.evaluate(LATE_ANSWER, [number, states])
+        return reply
+
+    def hold_until(self, held: Callable[[], bool]) -> None:
+        """Press the space bar until it arrives: the service may be new."""
+        for _ in range(100):
+            self.press(' ')
+            self.page.wait_for_timeout(100)
+            if held():
+                return
+        raise AssertionError('hold never arrived')
+
     def history(self, *words: str) -> None:
         """Wait until the newest answer holds these words."""
         for word in words:
@@ -89,12 +115,14 @@ class Person:
         return count
 
 
+LATE_ANSWER = """async ([query, states]) => {
+  const page = Object.values(mounted_app.$refs).flat().find((element) => element && element.link);
+  return page.link.answer({ ...page.given(0), query, states, preferred: [0], avoided: [2] });
+}"""
 COUNT_PIXELS = """([r, g, b]) => {
-  const canvas = document.querySelector('.maps > .map canvas');
+  const canvas = document.querySelector('.stage > .map canvas');
   const data = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height).data;
   let count = 0;
   for (let i = 0; i < data.length; i += 4) count += data[i] === r && data[i + 1] === g && data[i + 2] === b;
   return count;
 }"""
-
-Condition = Callable[[], object]

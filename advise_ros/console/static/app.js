@@ -21,13 +21,14 @@ export default {
       s: {}, up: true, stale: false, people: 1, kept: [], preferred: [], avoided: [], comment: '', by: localStorage.getItem('advise-name') || '',
       theme: localStorage.getItem('advise-theme') || 'auto', systemDark: matchMedia('(prefers-color-scheme: dark)').matches,
       layer: 0, show: { unsure: false, flown: true, policy: true, route: true }, preview: null, previewing: false, clash: null, note: null,
-      drawing: false, part: new Set(), cursor: -1, looked: null, replaying: -1, help: false, sending: false,
+      drawing: false, part: new Set(), cursor: -1, looked: null, replaying: -1, help: false, sent: 0,
     };
   },
   computed: {
     map() { return this.s.map; },
     query() { return this.s.query && this.s.query.id ? this.s.query : null; },
     learner() { return this.s.learner || { phase: 'waiting', message: 'No learner is heard yet.', contradictions: [] }; },
+    sending() { return Boolean(this.query) && this.sent === this.query.id; },
     open() { return Boolean(this.query) && this.learner.phase !== 'learning' && !this.answered; },
     answered() { return this.query && (this.s.log || []).some((entry) => entry.query === this.query.id && !entry.retracted); },
     dark() { return this.theme === 'dark' || (this.theme === 'auto' && this.systemDark); },
@@ -44,6 +45,12 @@ export default {
       const asked = new Set(this.query.states);
       return (this.s.log || []).filter((entry) => !entry.retracted && entry.verdict === ANSWER && entry.states.some((state) => asked.has(state)));
     },
+    // The reasons, and the question itself, which is the last sentence.
+    asking() {
+      const text = this.s.query ? this.s.query.question : this.learner.message, at = text.lastIndexOf('. ');
+      return at > 0 && text.endsWith('?') ? [text.slice(0, at + 1), text.slice(at + 2)] : [text, ''];
+    },
+    worse() { return Boolean(this.preview) && (!this.preview.ok || this.preview.success[1] < this.preview.success[0] - 0.005); },
     clashing() {
       const ids = this.clash ? this.clash.ids : this.preview?.contradicts || [];
       return (this.s.log || []).filter((entry) => ids.includes(entry.id) && !entry.retracted);
@@ -70,6 +77,11 @@ export default {
   },
   watch: {
     'query.id'(now, before) { if (before !== undefined || now) this.onQuestion(); },
+    // A contradiction is shown where it is.
+    clashing(now) {
+      const found = now.length && this.layers[this.layer]?.clash.size === 0 ? this.layers.findIndex((view) => view.clash.size) : -1;
+      if (found >= 0) this.layer = found;
+    },
     dark: { immediate: true, handler(dark) { document.documentElement.dataset.theme = dark ? 'dark' : 'light'; } },
     theme(theme) { localStorage.setItem('advise-theme', theme); },
     by(by) { localStorage.setItem('advise-name', by); },
@@ -181,11 +193,11 @@ export default {
     async give(verdict) {
       if (!this.query || this.answered || this.sending) return;
       const given = this.given(verdict), picks = [this.preferred, this.avoided];
-      this.sending = true;
-      const waiting = setTimeout(() => { this.sending = false; this.tell('Your answer is kept; it is sent when the learner is back.'); }, 1500);
+      this.sent = given.query;
+      const waiting = setTimeout(() => { this.tell('Your answer is kept; it is sent when the learner is back.'); }, 1500);
       const reply = await this.link.answer(given);
       clearTimeout(waiting);
-      this.sending = false;
+      if (this.sent === given.query) this.sent = 0;
       this.onGiven(given, reply, picks);
     },
     onGiven(given, reply, picks) {

@@ -1,6 +1,8 @@
 // One map on two canvases: what changes with the question below, what moves above.
 import { Painter } from '/console/painter.js';
 
+const CELL_MOST = 150;
+
 export default {
   props: { map: Object, view: Object, dark: Boolean, small: Boolean, label: String, drawing: Boolean, cursor: { type: Number, default: -1 } },
   emits: ['mark'],
@@ -32,7 +34,9 @@ export default {
     paint() {
       const width = Math.floor(this.$refs.box.clientWidth);
       if (!this.map || !width) return;
-      const room = this.small ? width : Math.min(width, Math.max(280, (window.innerHeight - 190) * this.map.width / this.map.height));
+      const most = this.small ? width : Math.min(this.map.width * CELL_MOST, Math.max(280, (window.innerHeight - 150) * this.map.width / this.map.height));
+      if (!this.small) this.$refs.box.style.maxWidth = `${Math.floor(most)}px`;
+      const room = Math.min(width, most);
       this.basePainter.fit(this.map, room, this.dark);
       this.overPainter.fit(this.map, room, this.dark);
       this.basePainter.base(this.view);

@@ -25,6 +25,7 @@ export class Painter {
     this.colours = dark ? DARK : LIGHT;
     this.map = map;
     this.cell = Math.max(2, (width - 2 * margin) / map.width);
+    this.unit = Math.min(this.cell, 84); // Marks do not grow with very large cells.
     this.margin = margin;
     const height = Math.ceil(this.cell * map.height + 2 * margin);
     this.canvas.width = Math.round(width * ratio);
@@ -146,16 +147,15 @@ export class Painter {
   policyArrows(view) {
     const { map, colours } = this, walls = new Set(map.blocked);
     for (let cell = 0; cell < view.greedy.length; cell++) {
-      if (walls.has(cell) || (view.final === cell)) continue;
-      if (view.changes.has(cell)) continue;
+      if (walls.has(cell) || view.final === cell || view.changes.has(cell)) continue;
       const inside = view.asked.has(cell);
-      this.triangle(cell, Number(view.greedy[cell]), inside ? 0.2 : 0.13, inside ? colours.policy : colours.route);
+      this.triangle(cell, Number(view.greedy[cell]), inside ? 0.17 : 0.12, inside ? colours.policy : colours.route);
     }
-    for (const [cell, action] of view.changes) this.triangle(cell, action, 0.27, colours.change);
+    for (const [cell, action] of view.changes) this.triangle(cell, action, 0.22, colours.change);
   }
 
   triangle(cell, action, size, colour) {
-    const { context } = this, [x, y] = this.centre(cell), s = Math.max(1.6, size * this.cell);
+    const { context } = this, [x, y] = this.centre(cell), s = Math.max(1.6, size * this.unit);
     const [dx, dy] = [STEP[action][0], -STEP[action][1]];
     context.fillStyle = colour;
     context.beginPath();
@@ -165,7 +165,7 @@ export class Painter {
     context.fill();
   }
 
-  // Lines from the middle outwards, as long as the direction was flown often; a bar at the end, not a triangle.
+  // Line arrows from the middle outwards, the longer and thicker, the more often that direction was flown.
   flownArrows(view) {
     const { context } = this;
     context.strokeStyle = this.colours.flown;
@@ -175,12 +175,16 @@ export class Painter {
       for (let action = 0; action < 4; action++) {
         if (!taken[action]) continue;
         const [dx, dy] = [STEP[action][0], -STEP[action][1]], share = taken[action] / total;
-        const from = 0.24 * this.cell, to = from + (0.08 + 0.15 * share) * this.cell, bar = 0.12 * this.cell;
-        context.lineWidth = Math.max(1, (0.03 + 0.07 * share) * this.cell);
+        const from = 0.24 * this.unit, to = from + (0.1 + 0.14 * share) * this.unit, head = (0.05 + 0.04 * share) * this.unit;
+        context.lineWidth = Math.max(1, (0.02 + 0.045 * share) * this.unit);
         context.beginPath();
         context.moveTo(x + from * dx, y + from * dy);
         context.lineTo(x + to * dx, y + to * dy);
-        if (this.cell > 14) { context.moveTo(x + to * dx - bar * dy, y + to * dy - bar * dx); context.lineTo(x + to * dx + bar * dy, y + to * dy + bar * dx); }
+        if (this.cell > 14) {
+          context.moveTo(x + (to - head) * dx - head * dy, y + (to - head) * dy - head * dx);
+          context.lineTo(x + to * dx, y + to * dy);
+          context.lineTo(x + (to - head) * dx + head * dy, y + (to - head) * dy + head * dx);
+        }
         context.stroke();
       }
     }
@@ -192,9 +196,9 @@ export class Painter {
     if (!route.cells.length) return;
     const shift = (route.shift || 0) * this.cell;
     context.strokeStyle = this.colours[route.colour];
-    context.lineWidth = Math.max(1.5, (route.width || 0.06) * this.cell);
+    context.lineWidth = Math.max(1.5, (route.width || 0.06) * this.unit);
     context.lineJoin = context.lineCap = 'round';
-    context.setLineDash(route.dashed ? [0.16 * this.cell, 0.14 * this.cell] : []);
+    context.setLineDash(route.dashed ? [0.12 * this.unit, 0.16 * this.unit] : []);
     context.beginPath();
     route.cells.forEach((cell, index) => {
       const [x, y] = this.centre(cell);
@@ -202,13 +206,14 @@ export class Painter {
     });
     context.stroke();
     context.setLineDash([]);
-    if (route.stuck) this.cross(this.centre(route.cells[route.cells.length - 1]), this.colours.clash, 0.3 * this.cell);
+    if (route.stuck) this.cross(this.centre(route.cells[route.cells.length - 1]), this.colours.clash, 0.16 * this.unit, 0.3 * this.cell);
   }
 
-  cross([x, y], colour, size) {
-    const { context } = this;
+  // Where a route goes on no more: a cross in the corner, where no arrow is.
+  cross([middleX, middleY], colour, size, shift) {
+    const { context } = this, x = middleX + shift, y = middleY + shift;
     context.strokeStyle = colour;
-    context.lineWidth = Math.max(2, size / 3);
+    context.lineWidth = Math.max(2, size / 2.5);
     context.beginPath();
     context.moveTo(x - size, y - size); context.lineTo(x + size, y + size);
     context.moveTo(x + size, y - size); context.lineTo(x - size, y + size);

@@ -2,9 +2,10 @@
 export default `
 <div class="console" :class="{dark}">
   <header>
+    <button type="button" class="hold" @click="act('hold')" aria-label="Hold: stop the drone's policy flight now (space bar)"><span aria-hidden="true">⬣</span> HOLD <kbd>Space</kbd></button>
     <h1>advise</h1>
     <p class="status" role="status" aria-live="polite" data-test="status">{{ status }}</p>
-    <span class="pill" :class="alarm ? 'bad' : 'good'" data-test="connection">{{ alarm ? '○ cut off' : '● live' }}</span>
+    <span class="pill" :class="canCommand ? 'good' : 'bad'" data-test="connection">{{ canCommand ? '● live' : '○ cut off' }}</span>
     <span class="pill" :class="troubled.length ? 'bad' : ''" v-if="(s.nodes || []).length">{{ troubled.length ? '✖ ' + count(troubled.length, 'node') + ' in trouble' : '● ' + count(s.nodes.length, 'node') + ' well' }}</span>
     <span class="pill" v-if="s.battery != null" data-test="battery">battery {{ s.battery }} %</span>
     <span class="pill" v-if="people > 1" data-test="people">{{ people }} windows</span>
@@ -20,7 +21,7 @@ export default `
   <main>
     <section class="question card" aria-labelledby="question-title">
       <h2 id="question-title">{{ query ? 'Question ' + query.id : 'No question' }}<small v-if="query && query.budget >= 0"> · {{ count(query.budget, 'answer') }} left</small></h2>
-      <p class="ask" data-test="question">{{ s.query ? s.query.question : learner.message }}</p>
+      <p class="ask" data-test="question">{{ asking[0] }} <b v-if="asking[1]">{{ asking[1] }}</b></p>
       <p class="enough" v-if="learner.enough" data-test="enough">✓ Enough advice: {{ learner.why_enough || 'further answers would change little.' }}</p>
       <template v-if="query">
         <dl class="why" aria-label="Why it is asked">
@@ -35,19 +36,23 @@ export default `
     <section class="maps" aria-label="Maps, one a waypoint">
       <div class="head"><h2>On the way to waypoint {{ layer + 1 }}<small v-if="layers[layer]"> · {{ count(layers[layer].asked.size, 'cell') }} asked about</small></h2>
         <div class="layers-shown" role="group" aria-label="What the map shows">
-          <label><input type="checkbox" v-model="show.flown"> <i class="key flown">┤</i> flown</label>
+          <label><input type="checkbox" v-model="show.flown"> <i class="key flown">→</i> flown</label>
           <label><input type="checkbox" v-model="show.policy"> <i class="key policy">▲</i> drone would fly</label>
           <label><input type="checkbox" v-model="show.route"> <i class="key route">┄</i> route</label>
           <label><input type="checkbox" v-model="show.unsure" data-test="heat"> <i class="key heat">■</i> unsure</label>
         </div>
       </div>
+      <div class="stage">
       <grid-map v-if="map" ref="map" :map="map" :view="layers[layer]" :dark="dark" :label="mapLabel" :drawing="drawing" :cursor="drawing ? cursor : -1" @mark="mark"></grid-map>
       <p v-else class="none">The map comes with the first demonstration.</p>
+      <div class="beside">
       <p class="legend"><span><i class="key asked">▢</i> asked about</span><span><i class="key drone">✣</i> drone and its track</span><span v-if="preview && preview.ok"><i class="key change">▲</i> would change, <i class="key change">━</i> route after</span><span v-if="clashing.length"><i class="key clash">▦</i> contradicts an earlier answer</span></p>
       <div class="thumbs" role="tablist" aria-label="Maps, the asked ones first" v-if="map && map.layers > 1">
         <button v-for="index in order" :key="index" type="button" role="tab" :aria-selected="String(index === layer)" @click="layer = index" :class="{asked: layers[index].asked.size}" :aria-label="'Waypoint ' + (index + 1) + ', ' + count(layers[index].asked.size, 'cell') + ' asked about'">
-          <grid-map :map="map" :view="layers[index]" :dark="dark" small label=""></grid-map><span>to {{ index + 1 }}{{ layers[index].asked.size ? ' · asked' : '' }}</span>
+          <grid-map :map="map" :view="layers[index]" :dark="dark" small label=""></grid-map><span>to {{ index + 1 }}{{ layers[index].clash.size ? ' ⚠' : layers[index].asked.size ? ' · asked' : '' }}</span>
         </button>
+      </div>
+      </div>
       </div>
     </section>
 
@@ -59,7 +64,7 @@ export default `
         <button type="button" @click="splitItself()">Split it for me (s)</button> <button type="button" @click="mixed()">Cancel (m)</button>
       </div>
       <p class="sentence" aria-live="polite" data-test="sentence">{{ query ? sentence : 'Nothing to answer now.' }}</p>
-      <p class="preview" aria-live="polite" v-if="preview || previewing" :class="{bad: preview && !preview.ok}" data-test="preview">{{ previewText() }}</p>
+      <p class="preview" aria-live="polite" v-if="preview || previewing" :class="{bad: worse}" data-test="preview">{{ previewText() }}</p>
       <div class="clash" v-if="clashing.length" role="alert" data-test="clash">
         <p><b>⚠ {{ clash && clash.soft ? 'Two answers contradict each other.' : 'This contradicts what was said before.' }}</b></p>
         <ul><li v-for="entry in clashing" :key="entry.id">Answer {{ entry.id }} by {{ entry.by || 'someone' }}: {{ said(entry) }}{{ overlap(entry) ? ', ' + count(overlap(entry), 'cell') + ' of this question' : '' }}
@@ -90,5 +95,4 @@ export default `
     <robot :nodes="s.nodes" :vehicle="s.vehicle" :flight="s.flight" :battery="s.battery" :disabled="!canCommand" @act="act($event)"></robot>
   </main>
   <p class="toast" role="status" aria-live="assertive" :class="{bad: note && note.bad, shown: note}" data-test="note">{{ note ? note.text : '' }}</p>
-  <button type="button" class="hold" @click="act('hold')" aria-label="Hold: stop the drone's policy flight now (space bar)"><span aria-hidden="true">⬣</span> HOLD <kbd>Space</kbd></button>
 </div>`;
