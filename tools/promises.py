@@ -22,7 +22,7 @@ from rich.console import Console
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent / 'test'))
 
-from support.promises import deaths, silence
+from support.promises import answers, clocks, deaths, silence
 from support.promises.ledger import Row, markdown, table
 
 Run = Callable[..., list[Row]]
@@ -30,6 +30,8 @@ Run = Callable[..., list[Row]]
 PROMISES: dict[str, tuple[Run, int, int]] = {
     'silence': (silence.run, 100, 2),
     'deaths': (deaths.run, 100, 1),
+    'clocks': (clocks.run, 100, 1),
+    'answers': (answers.run, 10_000, 200),
 }
 
 
