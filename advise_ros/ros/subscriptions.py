@@ -25,7 +25,8 @@ from rosbags.interfaces import (
 )
 
 CLOCK_TOPIC = '/clock'
-QUEUE_DEPTH = 2000
+# Seconds of any topic: a busy machine may leave us without processor time for a while.
+QUEUE_DEPTH = 20_000
 LATCHED_DEPTH = 10_000
 
 WILDCARDS = frozenset('*?[')
@@ -168,12 +169,21 @@ class RawSubscriptions:
     def _subscribe(self, topic: str, type_name: str, profile: QoSProfile) -> None:
         try:
             subscription = self._node.create_subscription(
-                message_class(type_name), topic, _never_called, profile, raw=True, callback_group=self._group,
+                message_class(type_name), topic, _never_called, _deep(profile), raw=True, callback_group=self._group,
             )
         except (ImportError, AttributeError, ValueError):
             self.problems[topic] = f'{topic} is not recorded: its type {type_name} is not installed here'
             return
         self._entries[topic] = _Entry(subscription, type_name, profile)
+
+
+def _deep(profile: QoSProfile) -> QoSProfile:
+    """With room for what comes while the machine has no time for us; what is latched has its own depth."""
+    if profile.durability == DurabilityPolicy.TRANSIENT_LOCAL:
+        return profile
+    return QoSProfile(
+        history=HistoryPolicy.KEEP_LAST, depth=QUEUE_DEPTH, reliability=profile.reliability, durability=profile.durability,
+    )
 
 
 def _never_called(_: bytes) -> None:
