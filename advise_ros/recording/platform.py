@@ -1,27 +1,42 @@
-"""What decides the last bits of a result: versions of the numeric packages and the kind of machine."""
+"""What decides the last bits of a result: the cores' code, versions of the numeric packages and the kind of machine."""
 
 from __future__ import annotations
 
+import hashlib
 import platform
+from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 import advise_ros
 
-NUMERIC_PACKAGES = ('numpy', 'scipy', 'highspy', 'scikit-learn', 'cvxpy')
+NUMERIC_PACKAGES = ('numpy', 'scipy', 'highspy', 'scikit-learn', 'cvxpy', 'qdldl', 'clarabel')
+CORE = Path(__file__).parents[1] / 'core'
 CPU_INFO = Path('/proc/cpuinfo')
 
 
 def describe() -> dict[str, str]:
-    """Name -> text: advise_ros, python, system, machine, cpu and the numeric packages ('' when missing)."""
+    """Name -> text: advise_ros, core, python, system, machine, cpu and the numeric packages ('' when missing).
+
+    `core` is a digest of its source: between two releases the version alone does not tell what was run.
+    """
     return {
         'advise_ros': advise_ros.__version__,
+        'core': _digest(CORE),
         'python': platform.python_version(),
         'system': platform.system(),
         'machine': platform.machine(),
         'cpu': _cpu_model(),
         **{name: _version(name) for name in NUMERIC_PACKAGES},
     }
+
+
+@cache
+def _digest(directory: Path) -> str:
+    found = hashlib.sha256()
+    for file in sorted(directory.rglob('*.py')):
+        found.update(file.name.encode() + b'\0' + file.read_bytes())
+    return found.hexdigest()[:16]
 
 
 def _version(package: str) -> str:

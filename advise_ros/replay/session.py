@@ -19,6 +19,7 @@ from advise_ros.recording.bags import BagTopics, read_bag
 from advise_ros.recording.codec import Codec
 from advise_ros.recording.definitions import definition
 from advise_ros.recording.messages import Bag, Message
+from advise_ros.recording.storage import open_source
 from advise_ros.replay.overrides import GRID, Overrides, other_grid
 
 NS = 1_000_000_000
@@ -144,6 +145,15 @@ def read_session(path: str | Path, namespace: str | None = None, overrides: Over
     recording = _samples(bag, where, parameters.get(f'{where}/recorder', {}))
     made_on = next((record.values for record in bag.records if record.name == PLATFORM_RECORD), {})
     return RecordedSession(bag, where, recording, parameters, made_on, made_on == platform.describe(), overrides or {})
+
+
+def holds_session(path: str | Path) -> bool:
+    """Whether a bag has a topic of demonstrations; of one that cannot be read, True: replay says what is wrong with it."""
+    try:
+        source = open_source(path)
+        return any(DEMONSTRATION_TYPE in source.topics.values() for _ in source.blocks())
+    except LogError:
+        return True
 
 
 def _samples(bag: Bag, where: str, recorder: Mapping[str, Any]) -> Recording:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -60,20 +60,27 @@ class SessionBag:
     def put(self, topic: str, message: Any) -> None:
         self.entries.append((topic, self.now_ns, message))
 
+    def parameters(self, node: str) -> dict[str, Any]:
+        return asdict(getattr(self, node))
+
     def write(self, directory: Path, chunk_bytes: int = 768 * 1024) -> Path:
         writer = BagWriter(directory, chunk_bytes=chunk_bytes)
         writer.add_record('platform', self.made_on)
         for node in self.nodes:
-            values = asdict(getattr(self, node))
-            writer.add_record(f'parameters /{node}', {name: json.dumps(value) for name, value in values.items()})
+            values = {name: json.dumps(value) for name, value in self.parameters(node).items()}
+            writer.add_record(f'parameters /{node}', values)
+        self.put_into(writer, self.entries)
+        writer.close()
+        return directory
+
+    @staticmethod
+    def put_into(writer: BagWriter, entries: Sequence[Entry]) -> None:
         channels: dict[str, int] = {}
-        for sequence, (topic, log_time_ns, message) in enumerate(self.entries):
+        for sequence, (topic, log_time_ns, message) in enumerate(entries):
             module = type(message).__module__.split('.')
             if topic not in channels:
                 channels[topic] = writer.add_topic(topic, definition(f'{module[0]}/{module[1]}/{type(message).__name__}'))
             writer.write(channels[topic], log_time_ns, log_time_ns + sequence, to_cdr(message))
-        writer.close()
-        return directory
 
     def where(self, topic: str) -> list[int]:
         """Indices of a topic's messages in `entries`."""
