@@ -33,5 +33,6 @@ setup(
             *(f'{name} = advise_ros.nodes.{name}:main' for name in NODES),
             *(f'{name} = advise_ros.commands.{name}:main' for name in COMMANDS),
         ],
+        'pytest11': ['advise_ros = advise_ros.replay.pytest_plugin'],
     },
 )
