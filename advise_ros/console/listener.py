@@ -22,6 +22,7 @@ from advise_ros.core.counts import count
 from advise_ros.core.demonstration import Demonstration, known, standing
 from advise_ros.core.errors import AdviseError
 from advise_ros.core.grid import Grid
+from advise_ros.core.mdp import terminal
 from advise_ros.ros import convert, convert_advice, qos
 
 TICK_S = 0.25
@@ -114,7 +115,7 @@ class Listener:
         if self._policy is None or self.grid is None or len(self._policy.greedy) != self.grid.n_states:
             return
         taken = count(self.grid, self._held()).taken.astype(np.float64)
-        unsure = views.uncertainty(self._policy, taken, AdviseConfig.laplace, AdviseConfig.w_p)
+        unsure = views.uncertainty(self._policy, taken, terminal(self.grid), AdviseConfig.laplace, AdviseConfig.w_p)
         self.board.put('policy', views.policy_view(self._policy, self.grid, unsure))
 
     def _show_gain(self, before: msg.Policy | None) -> None:

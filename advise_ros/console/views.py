@@ -15,7 +15,7 @@ from advise_ros.core.advice import AdviceRecord, Query, Verdict
 from advise_ros.core.counts import count
 from advise_ros.core.demonstration import Demonstration
 from advise_ros.core.grid import N_ACTIONS, Grid
-from advise_ros.core.numerics import Floats, entropy
+from advise_ros.core.numerics import Bools, Floats, entropy
 from advise_ros.core.outlook import expected_success
 from advise_ros.core.rollout import rollout, step_budget
 from advise_ros.ros.convert import NS, stamp_to_ns
@@ -57,12 +57,13 @@ def policy_view(policy: msg.Policy, grid: Grid, unsure: Floats) -> View:
     }
 
 
-def uncertainty(policy: msg.Policy, taken: Floats, laplace: float, w_p: float) -> Floats:
-    """U_s of every state (definition 3), as the learner computes it, (n,) [nat]."""
+def uncertainty(policy: msg.Policy, taken: Floats, over: Bools, laplace: float, w_p: float) -> Floats:
+    """U_s of every state (definition 3), as the learner computes it, (n,) [nat]; the least where a flight is `over`."""
     shares = np.asarray(policy.probabilities, dtype=np.float64).reshape(-1, N_ACTIONS)
     smoothed = taken + laplace
     flown = entropy(smoothed / smoothed.sum(axis=1, keepdims=True))
     mixed: Floats = w_p * flown + (1.0 - w_p) * entropy(shares)
+    mixed[over] = mixed.min()
     return mixed
 
 

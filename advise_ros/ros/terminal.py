@@ -23,7 +23,7 @@ class Terminal:
 
     def __init__(self) -> None:
         if not sys.stdin.isatty():
-            raise InputError('standard input is no terminal; start teleop in one, by hand, not in the background or a pipe')
+            raise InputError('standard input is no terminal; start this in one, by hand, not in the background or a pipe')
         self._fd = sys.stdin.fileno()
         self._saved: list[Any] | None = termios.tcgetattr(self._fd)
         atexit.register(self.restore)

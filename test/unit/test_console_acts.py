@@ -85,7 +85,8 @@ def test_the_log_marks_what_was_taken_back() -> None:
     given, other = record(1, (0, 1), (EAST,), (WEST,)), record(2, (2,), (), (), verdict=Verdict.SKIP)
     taken_back = record(1, (0, 1), (EAST,), (WEST,), retracted=True)
     shown = views.log_view([(given, 10**9), (other, 2 * 10**9), (taken_back, 3 * 10**9)])
-    assert [(view['id'], view['entry'], view['retracted'], view['at']) for view in shown] == [(1, 1, True, 1.0), (2, 2, False, 2.0)]
+    told = [(view['id'], view['entry'], view['retracted'], view['at']) for view in shown]
+    assert told == [(1, 1, True, 1.0), (2, 2, False, 2.0)]
     assert [views.in_words(view) for view in shown] == ['EAST, not WEST', 'skip']
 
 

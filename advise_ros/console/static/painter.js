@@ -55,7 +55,7 @@ export class Painter {
     context.fillStyle = colours.paper;
     context.fillRect(0, 0, this.canvas.width, this.canvas.height);
     if (view.show.unsure && view.unsure) this.heat(view);
-    this.fillCells(view.asked, colours.askedFill);
+    else this.fillCells(view.asked, colours.askedFill);
     this.fillCells(new Set(view.changes.keys()), colours.changeFill);
     this.lines();
     this.outline(view.asked, colours.asked, this.cell > 12 ? 3 : 2);

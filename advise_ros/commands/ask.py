@@ -1,0 +1,103 @@
+"""The person's console in a terminal: the question with its map, the answer by single keys; works over ssh."""
+
+from __future__ import annotations
+
+import argparse
+import getpass
+import sys
+import threading
+import time
+from collections.abc import Sequence
+
+import rclpy
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
+from rich.console import Console
+from rich.live import Live
+
+from advise_ros.config import ConsoleConfig
+from advise_ros.console.board import newer
+from advise_ros.console.desk import Desk
+from advise_ros.console.keyboard import decode
+from advise_ros.console.listener import Listener
+from advise_ros.console.screen import screen
+from advise_ros.console.sitting import Sitting
+from advise_ros.core.errors import AdviseError
+from advise_ros.ros import arguments
+from advise_ros.ros.run import OK, exit_now, fail
+from advise_ros.ros.terminal import Terminal
+
+INTERRUPTED = 130
+POLL_S = 0.03
+EPILOG = """keys:
+  arrows (or h j k l)          this direction is right
+  Shift + arrows (or H J K L)  this direction is wrong; o: all others are
+  Enter send   s skip   u unsure   m these cells differ   Backspace undo   t take an earlier answer back
+  Space HOLD   f fly the policy   1-9 map   ? how to answer by ros2 service call   q leave
+A learner in a namespace: add --ros-args -r __ns:=/NAMESPACE
+
+exit code: 0 left, 2 wrong usage or no terminal; 130 interrupted"""
+
+
+def main() -> None:
+    exit_now(run(sys.argv[1:]))
+
+
+def run(argv: Sequence[str]) -> int:
+    """The command with its arguments; returns the exit code."""
+    try:
+        options = _parser().parse_args(arguments.without_ros(argv))
+        terminal = Terminal()
+    except AdviseError as problem:
+        return fail(str(problem))
+    rclpy.init(args=list(argv), signal_handler_options=SignalHandlerOptions.NO)
+    node = Node('ask')
+    executor = SingleThreadedExecutor()
+    executor.add_node(node)
+    listener = Listener(node, ConsoleConfig.silence_s)
+    sitting = Sitting(Desk(node, listener), options.name)
+    threading.Thread(target=_spin, args=(executor,), daemon=True).start()
+    try:
+        _sit(node, listener, sitting, terminal)
+        return OK
+    except KeyboardInterrupt:
+        return INTERRUPTED
+    finally:
+        terminal.restore()
+        executor.shutdown(timeout_sec=1.0)
+        rclpy.try_shutdown()
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog='ask', description=__doc__, epilog=EPILOG, formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument('--name', default=getpass.getuser(), help='your name, kept with your answers (default %(default)s)')
+    return parser
+
+
+def _spin(executor: SingleThreadedExecutor) -> None:
+    try:
+        executor.spin()
+    except ExternalShutdownException:
+        pass
+
+
+def _sit(node: Node, listener: Listener, sitting: Sitting, terminal: Terminal) -> None:
+    """Draw what changes, do what is typed, until the person leaves or the terminal is gone."""
+    service, known, rest = node.resolve_service_name('advise/answer'), {'': 0}, b''
+    with Live(console=Console(), screen=True, auto_refresh=False) as live:
+        while not sitting.over:
+            typed = terminal.read()
+            if typed is None:
+                return
+            meant, rest = decode(rest + typed)
+            for one in meant:
+                sitting.key(one)
+            news = newer(listener.board.sections, known)
+            known.update({name: section.version for name, section in news.items()})
+            sitting.hear(listener.board.sections)
+            if sitting.poll() or meant or news:
+                live.update(screen(listener.board.sections, sitting, service, node.get_namespace()), refresh=True)
+            time.sleep(POLL_S)

@@ -1,0 +1,157 @@
+"""One person at a terminal: the picks of an answer, its preview, and what came of it."""
+
+from __future__ import annotations
+
+import secrets
+from collections.abc import Callable, Mapping
+from concurrent.futures import Future as Promise
+from typing import Any
+
+from advise_ros.console.board import Section
+from advise_ros.console.desk import Desk, Reply
+from advise_ros.core.advice import Verdict
+from advise_ros.core.grid import N_ACTIONS, Action
+
+VERDICTS = {'send': Verdict.ANSWER, 'skip': Verdict.SKIP, 'unsure': Verdict.UNSURE, 'mixed': Verdict.MIXED}
+ACTS = {'hold': 'hold', 'fly': 'fly'}
+
+
+def assumed(preferred: tuple[int, ...]) -> tuple[int, ...]:
+    """What counts as wrong when only what is right is named: the opposites, or where those are right too, the others."""
+    opposite = tuple(sorted({(action + 2) % N_ACTIONS for action in preferred} - set(preferred)))
+    return opposite or tuple(action for action in range(N_ACTIONS) if action not in preferred)
+
+
+class Sitting:
+    """What a person does with the keys.
+
+    Attributes:
+        preferred, avoided: the picks.
+        layer: of the map that is shown.
+        preview: the reply to the present picks, None while there is none.
+        note: what came of the last act, in words.
+        over: the person has left.
+    """
+
+    def __init__(self, desk: Desk, name: str) -> None:
+        self._desk, self._name = desk, name
+        self.preferred: tuple[int, ...] = ()
+        self.avoided: tuple[int, ...] = ()
+        self.layer = 0
+        self.preview: Reply | None = None
+        self.note = ''
+        self.help = self.over = False
+        self._query: Mapping[str, Any] = {'id': 0, 'states': []}
+        self._log: list[Mapping[str, Any]] = []
+        self._pending: list[tuple[str, Promise[Reply]]] = []
+        self._previewing: Promise[Reply] | None = None
+
+    @property
+    def wrong(self) -> tuple[int, ...]:
+        """The avoided directions, or those that are taken for it."""
+        return self.avoided or (assumed(self.preferred) if self.preferred else ())
+
+    @property
+    def sentence(self) -> str:
+        """The answer so far in words."""
+        if not self.preferred:
+            return 'Which direction is right in the marked cells? (arrow keys)'
+        right, wrong = (' and '.join(Action(action).name for action in actions) for actions in (self.preferred, self.wrong))
+        return f'You say: {right} right, {wrong} wrong. (Enter sends)'
+
+    # -- what is heard -----------------------------------------------------------------------
+    def hear(self, sections: Mapping[str, Section]) -> None:
+        """A new question clears the picks and shows its first map."""
+        self._log = sections['log'].value if 'log' in sections else []
+        query = sections['query'].value if 'query' in sections else self._query
+        if query['id'] != self._query['id']:
+            self.preferred, self.avoided, self.preview = (), (), None
+            if query['states'] and 'map' in sections:
+                size = sections['map'].value['width'] * sections['map'].value['height']
+                layers = [state // size for state in query['states']]
+                self.layer = max(sorted(set(layers)), key=layers.count)
+        self._query = query
+
+    def poll(self) -> bool:
+        """Look after what is under way; True when something has come."""
+        done = [(what, promise) for what, promise in self._pending if promise.done()]
+        for what, promise in done:
+            self._pending.remove((what, promise))
+            reply = promise.result()
+            self.note = f'{what}: {reply["message"]}' if reply['ok'] else f'{what} was not taken: {reply["message"]}'
+        if self._previewing is not None and self._previewing.done():
+            self.preview, self._previewing = self._previewing.result(), None
+            return True
+        return bool(done)
+
+    # -- keys --------------------------------------------------------------------------------
+    def key(self, meant: str) -> None:
+        """Do what a key means."""
+        word, _, number = meant.partition(' ')
+        if word in ('prefer', 'avoid'):
+            self._pick(word, int(number))
+        elif word == 'layer':
+            self.layer = int(number)
+        elif meant in VERDICTS:
+            self._send(VERDICTS[meant])
+        elif meant in ACTS:
+            self._begin(meant.capitalize(), self._desk.act(ACTS[meant], {}))
+        else:
+            others: dict[str, Callable[[], None]] = {
+                'others': self._avoid_others, 'undo': self._undo, 'take back': self._take_back, 'help': self._help,
+                'quit': self._quit,
+            }
+            others[meant]()
+
+    def _avoid_others(self) -> None:
+        self.avoided = tuple(action for action in range(N_ACTIONS) if action not in self.preferred)
+        self._try()
+
+    def _help(self) -> None:
+        self.help = not self.help
+
+    def _quit(self) -> None:
+        self.over = True
+
+    def _pick(self, kind: str, action: int) -> None:
+        chosen, other = (self.preferred, self.avoided) if kind == 'prefer' else (self.avoided, self.preferred)
+        chosen = tuple(sorted(set(chosen) ^ {action}))
+        other = tuple(one for one in other if one != action)
+        self.preferred, self.avoided = (chosen, other) if kind == 'prefer' else (other, chosen)
+        self._try()
+
+    def _given(self, verdict: Verdict) -> dict[str, Any]:
+        said = verdict is Verdict.ANSWER
+        return {
+            'uid': secrets.token_hex(12), 'query': self._query['id'], 'states': self._query['states'], 'verdict': int(verdict),
+            'preferred': list(self.preferred) if said else [], 'avoided': list(self.wrong) if said else [], 'by': self._name,
+        }
+
+    def _try(self) -> None:
+        self.preview = self._previewing = None
+        if self.preferred and self._query['id']:
+            self._previewing = self._desk.act('preview', self._given(Verdict.ANSWER))
+
+    def _send(self, verdict: Verdict) -> None:
+        if not self._query['id'] or (verdict is Verdict.ANSWER and not self.preferred):
+            self.note = 'Choose a right direction first.' if self._query['id'] else 'Nothing is asked now.'
+            return
+        self.note = 'On its way; it is kept while the learner is away.'
+        self._begin('Your answer', self._desk.act('answer', self._given(verdict)))
+
+    def _undo(self) -> None:
+        if self.preferred or self.avoided:
+            self.preferred, self.avoided, self.preview = (), (), None
+        else:
+            self._begin('Undo', self._desk.act('undo', {}))
+
+    def _take_back(self) -> None:
+        """Take back the earlier answer that the present picks contradict, else the newest that holds."""
+        against = list(self.preview.get('contradicts', [])) if self.preview else []
+        held = [entry['id'] for entry in self._log if not entry['retracted']]
+        if against or held:
+            advice = (against or held)[-1]
+            self._begin(f'Taking back answer {advice}', self._desk.act('retract', {'advice': advice}))
+
+    def _begin(self, what: str, promise: Promise[Reply]) -> None:
+        self._pending.append((what, promise))
