@@ -150,7 +150,14 @@ class AdviseConfig:
     margin_cap: float = param(0.2, 'cap on xi and zeta; 0: none', low=0.0, high=1e6)
     slack_cost: float = param(1000.0, 'cost of contradictory advice (elastic); 0: strict', low=0.0, high=1e9)
     gamma: float = param(0.95, 'discount', low=0.0, high=0.9999)
-    clusters: int = param(6, 'clusters of states; about 1.5 a waypoint', low=1, high=10_000)
+    method: str = param(
+        'own', "paper: what asks and learns as printed, whatever the other parameters say (config/paper.yaml)", choices=('own', 'paper'),
+    )
+    clustering: str = param(
+        'k_means', 'how states become clusters: k_means as in the paper; connected: only states that a move joins; '
+        'evidence: as long as their demonstrations speak for one behaviour', choices=('k_means', 'connected', 'evidence'),
+    )
+    clusters: int = param(6, 'clusters of states; about 1.5 a waypoint; 0: as many as the demonstrations tell apart', low=0, high=10_000)
     cluster_features: float = param(
         1.0, 'weight of position and waypoint beside the action distribution; 0: none, as in the paper', low=0.0, high=100.0,
     )
@@ -159,8 +166,13 @@ class AdviseConfig:
     w_p: float = param(0.5, 'weight of F (demonstrations) against G (policy)', low=0.0, high=1.0)
     cluster_score: str = param('mean', 'U_c: mean (definition 4) or sum (algorithm 1)', choices=('mean', 'sum'))
     acquisition: str = param(
-        'occupancy', 'what is asked about next: where the policy flies and is unsure, or (paper) the highest U_c',
-        choices=('paper', 'occupancy', 'random'),
+        'occupancy', 'what is asked about next: (paper) the highest U_c; where the policy flies and is unsure (occupancy), '
+        'is not explained by the reward (unexplained), or demonstrations disagree (disagreement); mixed: occupancy, then paper',
+        choices=('paper', 'occupancy', 'unexplained', 'mixed', 'disagreement', 'random'),
+    )
+    confirm: bool = param(True, 'ask once more after an answer that hardly any demonstration bears out; what is said most often holds')
+    enough: float = param(
+        0.0, 'ask no more when the best question is worth less than this much disagreement a visit [nat^2]; 0: never', low=0.0, high=100.0,
     )
     slip: float = param(0.0, 'probability that a move goes elsewhere in the transition model', low=0.0, high=0.9)
     solver: str = param('highs', 'solver of the program; cvxpy is the readable reference', choices=('highs', 'cvxpy'))

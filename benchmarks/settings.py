@@ -35,7 +35,8 @@ STEPS: tuple[tuple[str, dict[str, object]], ...] = (
     ('position and waypoint among the features', {'cluster_features': 1.0}),
     ('questions weighted by expected visits', {'acquisition': 'occupancy'}),
     ('temperature 0.1', {'temperature': 0.1}),
-    ('6 clusters: the defaults', {'clusters': 6}),
+    ('6 clusters', {'clusters': 6}),
+    ('doubtful answers asked for again: the defaults', {'confirm': True}),
 )
 WRONG = 0.1
 

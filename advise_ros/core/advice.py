@@ -47,6 +47,7 @@ class Query:
         answered_before: states of the cluster that have advice already, ascending.
         budget_left: answers left, -1 unlimited.
         question: one plain sentence.
+        disagreement, scarcity: the two sources of F, means over the cluster [nat].
     """
 
     query_id: int
@@ -60,6 +61,8 @@ class Query:
     answered_before: tuple[int, ...]
     budget_left: int
     question: str
+    disagreement: float = 0.0
+    scarcity: float = 0.0
 
 
 @dataclass(frozen=True)

@@ -1,41 +1,43 @@
-"""STATECLUSTERING of algorithm 1: k-means over the demonstrator's action distributions (section 3.2)."""
+"""STATECLUSTERING of algorithm 1 on the drone's grid, and parts of clusters that a person tells apart."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from functools import lru_cache
 
 import numpy as np
-from sklearn.cluster import KMeans
 
+from advise_ros.core.clusterings import Terrain, Wanted, cluster
+from advise_ros.core.counts import Counts
 from advise_ros.core.grid import Grid
-from advise_ros.core.mdp import occurring
+from advise_ros.core.kmeans import canonical, k_means
+from advise_ros.core.learn_settings import LearnSettings
+from advise_ros.core.mdp import mdp_of, occurring
 from advise_ros.core.numerics import Floats, Ints
 
+__all__ = ['NO_CLUSTER', 'canonical', 'cluster_states', 'k_means', 'split', 'structure']
+
 NO_CLUSTER = -1
-# Equal shares must be equal points whatever the last bits of a division are.
-DECIMALS = 9
 
 
-def cluster_states(grid: Grid, distribution: Floats, features: float, clusters: int, seed: int) -> Ints:
+def cluster_states(grid: Grid, counts: Counts, settings: LearnSettings) -> Ints:
     """The cluster of each state.
 
     Args:
         grid: the grid of the states.
-        distribution: (n, n_actions) smoothed action distributions.
-        features: weight of position and waypoint beside the distribution; 0: the distribution only, as in the paper.
-        clusters: k; fewer where there are fewer distinct points.
-        seed: of k-means++.
+        counts: what the demonstrations did.
+        settings: names and constants of the clustering.
 
     Returns:
         (n,) labels, numbered by the lowest state of each cluster; NO_CLUSTER for states in which no flight acts.
     """
     states = np.flatnonzero(occurring(grid))
     labels = np.full(grid.n_states, NO_CLUSTER)
-    points = distribution[states]
-    if features > 0.0:
-        points = np.hstack([points, features * structure(grid)[states]])
-    labels[states] = canonical(k_means(points, clusters, seed))
+    terrain = Terrain(
+        mdp_of(grid, settings.slip, settings.gamma), states, counts.taken[states], settings.laplace,
+        structure(grid)[states],
+    )
+    wanted = Wanted(settings.clusters, settings.cluster_features, settings.seed)
+    labels[states] = cluster(settings.clustering, terrain, wanted)
     return labels
 
 
@@ -85,27 +87,3 @@ def structure(grid: Grid) -> Floats:
     east, north = cells % grid.width / max(1, grid.width - 1), cells // grid.width / max(1, grid.height - 1)
     waypoint = np.eye(grid.n_layers)[layers] / np.sqrt(2.0)
     return np.column_stack([east, north, waypoint])
-
-
-def k_means(points: Floats, k: int, seed: int) -> Ints:
-    """Cluster of each point; equal points share one, so no cluster is empty."""
-    distinct, which, weight = np.unique(points.round(DECIMALS), axis=0, return_inverse=True, return_counts=True)
-    if len(distinct) <= k:
-        return which
-    return np.array(_fit(distinct.tobytes(), tuple(weight.tolist()), k, seed))[which]
-
-
-@lru_cache(maxsize=16)
-def _fit(points: bytes, weights: tuple[int, ...], k: int, seed: int) -> tuple[int, ...]:
-    """Remembered, because answers change neither the demonstrations nor their clusters."""
-    rows = np.frombuffer(points).reshape(len(weights), -1)
-    fitted = KMeans(k, n_init=4, random_state=seed).fit(rows, sample_weight=weights)
-    return tuple(fitted.labels_.tolist())
-
-
-def canonical(labels: Ints) -> Ints:
-    """The same clusters, numbered in the order of their first members."""
-    _, first, which = np.unique(labels, return_index=True, return_inverse=True)
-    rank = np.empty(len(first), dtype=np.int64)
-    rank[np.argsort(first)] = np.arange(len(first))
-    return rank[which]

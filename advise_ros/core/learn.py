@@ -20,6 +20,7 @@ from advise_ros.core.learn_settings import LearnSettings
 from advise_ros.core.mdp import mdp_of
 from advise_ros.core.numerics import Floats, Ints
 from advise_ros.core.queries import Numbering, Situation, drawn, mixed, next_query
+from advise_ros.core.trust import agreed
 from advise_ros.core.uncertainty import uncertainty
 
 __all__ = ['LearnSettings', 'Learned', 'learn']
@@ -42,7 +43,9 @@ class Learned:
         state_uncertainty: (n,) U_s [nat].
         demonstrated: (n, n_actions) smoothed action distributions.
         visits: (n,) demonstrated actions in each state.
-        query: the next question, None when nothing is open or the budget is spent.
+        query: the next question, None when nothing is open, the budget is spent or there is enough advice.
+        doubt_left: what the best question that is still open is worth, see `queries.Asking`.
+        enough_advice: it is worth less than the settings' `enough`.
         contradictions: advice ids of answers that cannot all hold, ascending.
         unmet: states whose advice the reward does not satisfy (slack), ascending.
         objective: of equation (1).
@@ -66,6 +69,8 @@ class Learned:
     demonstrated: Floats
     visits: Ints
     query: Query | None
+    doubt_left: float
+    enough_advice: bool
     contradictions: tuple[int, ...]
     unmet: tuple[int, ...]
     objective: float
@@ -110,12 +115,14 @@ def learn(  # noqa: PLR0913 - evidence and numbering of a session
     mdp = mdp_of(grid, settings.slip, settings.gamma)
     demonstrated = counts.distribution(settings.laplace)
     advice = advice_in(log)
+    if settings.confirm and settings.slack_cost > 0:
+        advice = agreed(advice, counts.taken)
     inferred = infer(mdp, counts.favourite(), advice, settings)
     unsure = uncertainty(demonstrated, inferred.probabilities, settings.w_p)
-    clusters = cluster_states(grid, demonstrated, settings.cluster_features, settings.clusters, settings.seed)
+    clusters = cluster_states(grid, counts, settings)
     clusters = split(grid, clusters, mixed(log), settings.seed, drawn(log))
     situation = Situation(grid, settings, mdp, counts, demonstrated, inferred, unsure, clusters)
-    query = next_query(situation, log, Numbering(version, next_query_id, budget))
+    asking = next_query(situation, log, Numbering(version, next_query_id, budget))
     return Learned(
         grid=grid,
         settings=settings,
@@ -131,12 +138,14 @@ def learn(  # noqa: PLR0913 - evidence and numbering of a session
         state_uncertainty=unsure.state,
         demonstrated=demonstrated,
         visits=counts.visits,
-        query=query,
+        query=asking.query,
+        doubt_left=asking.doubt_left,
+        enough_advice=asking.enough,
         contradictions=inferred.contradictions,
         unmet=tuple(inferred.unmet.tolist()),
         objective=inferred.objective,
         digest=digest(
-            map_of(grid), asdict(settings), evidence(held, advice), _decisions(inferred, clusters, query)
+            map_of(grid), asdict(settings), evidence(held, advice), _decisions(inferred, clusters, asking.query)
         ),
     )
 

@@ -19,6 +19,7 @@ class LearnSettings:
     margin_cap: float = 0.2
     slack_cost: float = 1000.0
     gamma: float = 0.95
+    clustering: str = 'k_means'
     clusters: int = 6
     cluster_features: float = 1.0
     laplace: float = 1.0
@@ -26,6 +27,8 @@ class LearnSettings:
     w_p: float = 0.5
     cluster_score: str = 'mean'
     acquisition: str = 'occupancy'
+    confirm: bool = True
+    enough: float = 0.0
     slip: float = 0.0
     solver: str = 'highs'
     seed: int = 0

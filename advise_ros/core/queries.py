@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from advise_ros.core.acquisition import Ranking, cluster_uncertainty, doubt, select, unexplained
 from advise_ros.core.advice import AdviceRecord, Query, Verdict, active
 from advise_ros.core.contradictions import advice_in
 from advise_ros.core.counts import Counts
@@ -15,7 +16,8 @@ from advise_ros.core.learn_settings import LearnSettings
 from advise_ros.core.mdp import Mdp, occupancy
 from advise_ros.core.numerics import Bools, Floats, Ints
 from advise_ros.core.question import Asked, question
-from advise_ros.core.uncertainty import Ranking, Uncertainty, cluster_uncertainty, select
+from advise_ros.core.trust import support, unconfirmed
+from advise_ros.core.uncertainty import Uncertainty, sources
 
 
 class Situation(NamedTuple):
@@ -39,13 +41,44 @@ class Numbering(NamedTuple):
     budget: int
 
 
-def next_query(situation: Situation, log: tuple[AdviceRecord, ...], numbering: Numbering) -> Query | None:
-    """The next question, None when the budget is spent or no cluster is open."""
-    if budget_left(log, numbering.budget) == 0:
-        return None
+class Asking(NamedTuple):
+    """What is asked next.
+
+    Attributes:
+        query: the question, None when the budget is spent, no cluster is open or there is enough advice.
+        doubt_left: what the open cluster is worth that is worth most: how much the demonstrations contradict one
+            another where the policy goes, a visit [nat^2].
+        enough: it is worth less than the settings' `enough`.
+    """
+
+    query: Query | None
+    doubt_left: float
+    enough: bool
+
+
+def next_query(situation: Situation, log: tuple[AdviceRecord, ...], numbering: Numbering) -> Asking:
+    """SELECTQUERY, after a doubtful answer the same question again."""
+    settings, ranking = situation.settings, _ranking(situation, log)
     candidates = open_clusters(situation.clusters, _covered(situation.grid, log))
-    chosen = select(situation.settings.acquisition, _ranking(situation, log), candidates)
-    return None if chosen is None else _query(situation, chosen, log, numbering)
+    left = _doubt_left(ranking, candidates)
+    if budget_left(log, numbering.budget) == 0:
+        return Asking(None, left, False)
+    again = unconfirmed(log, situation.counts.taken) if settings.confirm and settings.slack_cost > 0 else None
+    if again is not None:
+        return Asking(_query(situation, np.array(again.states), log, numbering, again), left, False)
+    if left < settings.enough:
+        return Asking(None, left, bool(candidates.any()))
+    chosen = select(settings.acquisition, ranking, candidates)
+    if chosen is None:
+        return Asking(None, left, False)
+    return Asking(_query(situation, np.flatnonzero(situation.clusters == chosen), log, numbering), left, False)
+
+
+def _doubt_left(ranking: Ranking, candidates: Bools) -> float:
+    """Of the open cluster that is worth most, a visit; 0 when none is open."""
+    worth = cluster_uncertainty(ranking.labels, doubt(ranking) * ranking.occupancy, 'sum')
+    visits = float(ranking.occupancy[ranking.labels >= 0].sum())
+    return float(worth[candidates].max(initial=0.0)) / max(visits, np.finfo(float).tiny)
 
 
 def budget_left(log: tuple[AdviceRecord, ...], budget: int) -> int:
@@ -87,31 +120,44 @@ def drawn(log: tuple[AdviceRecord, ...]) -> list[tuple[int, ...]]:
 def _ranking(situation: Situation, log: tuple[AdviceRecord, ...]) -> Ranking:
     settings, start = situation.settings, np.zeros(situation.grid.n_states)
     start[situation.grid.start_state()] = 1.0
+    disagreement, scarcity = sources(situation.counts.taken, settings.laplace)
     return Ranking(
         situation.clusters,
         situation.unsure.state,
         occupancy(situation.mdp, situation.inferred.probabilities, start),
         settings.cluster_score,
         np.random.default_rng([settings.seed, len(active(log))]),
+        disagreement,
+        scarcity,
+        unexplained(situation.inferred.q, situation.counts.favourite(), settings.margin_cap),
+        len(advice_in(log)),
     )
 
 
-def _query(situation: Situation, cluster: int, log: tuple[AdviceRecord, ...], numbering: Numbering) -> Query:
-    states = np.flatnonzero(situation.clusters == cluster)
+def _query(
+    situation: Situation, states: Ints, log: tuple[AdviceRecord, ...], numbering: Numbering,
+    again: AdviceRecord | None = None,
+) -> Query:
     advised = {state for record in advice_in(log) for state in record.states}
     inferred, unsure, settings = situation.inferred, situation.unsure, situation.settings
-    scores = cluster_uncertainty(situation.clusters, unsure.state, settings.cluster_score)
-    asked = Asked(states, situation.counts.taken[states], inferred.greedy[states])
+    one = np.where(np.isin(np.arange(situation.grid.n_states), states), 0, -1)
+    disagreement, scarcity = (float(part.mean()) for part in sources(situation.counts.taken[states], settings.laplace))
+    asked = Asked(
+        states, situation.counts.taken[states], inferred.greedy[states], scarcity > disagreement,
+        (again.preferred, *support(situation.counts.taken, again)) if again else None,
+    )
     return Query(
         query_id=numbering.query_id,
         policy_version=numbering.version,
         states=tuple(states.tolist()),
-        uncertainty=float(scores[cluster]),
+        uncertainty=float(cluster_uncertainty(one, unsure.state, settings.cluster_score)[0]),
         demonstration_uncertainty=float(unsure.demonstrations[states].mean()),
         policy_uncertainty=float(unsure.policy[states].mean()),
         demonstrated=tuple(situation.demonstrated[states].mean(axis=0).tolist()),
         policy=tuple(inferred.probabilities[states].mean(axis=0).tolist()),
         answered_before=tuple(sorted(advised.intersection(states.tolist()))),
         budget_left=budget_left(log, numbering.budget),
-        question=question(situation.grid, asked, settings.laplace),
+        question=question(situation.grid, asked),
+        disagreement=disagreement,
+        scarcity=scarcity,
     )

@@ -17,19 +17,32 @@ class Asked(NamedTuple):
         states: (m,) ascending.
         taken: (m, n_actions) how often each action was taken there.
         greedy: (m,) what the drone would do.
+        scarce: few moves, rather than moves that disagree, make it unsure.
+        said: an earlier answer that the moves do not bear out: what it prefers, moves that way, all moves.
     """
 
     states: Ints
     taken: Ints
     greedy: Ints
+    scarce: bool
+    said: tuple[tuple[int, ...], int, int] | None = None
 
 
-def question(grid: Grid, asked: Asked, laplace: float) -> str:
+def question(grid: Grid, asked: Asked) -> str:
     """E.g. 'In 5 cells on the way to waypoint 2 (columns 1-3, rows 0-1) you flew EAST 48 %, NORTH 40 %; ...'."""
+    where, flown = _where(grid, asked.states), _flown(asked.taken)
+    if asked.said is not None:
+        return f'{where} {flown}; {_doubted(*asked.said)} Which direction is right there, and which is wrong?'
     return (
-        f'{_where(grid, asked.states)} {_flown(asked.taken)}; the drone would fly {_would(asked.greedy)}. '
-        f'{_why(asked.taken, laplace)} Which direction is right there, and which is wrong?'
+        f'{where} {flown}; the drone would fly {_would(asked.greedy)}. '
+        f'{_why(asked.taken, asked.scarce)} Which direction is right there, and which is wrong?'
     )
+
+
+def _doubted(preferred: tuple[int, ...], moves: int, of: int) -> str:
+    said = ' or '.join(Action(action).name for action in preferred)
+    way = 'ways' if len(preferred) > 1 else 'way'
+    return f'you answered {said}, but {moves} of {of} moves there went that {way}, so it is asked once more.'
 
 
 def _where(grid: Grid, states: Ints) -> str:
@@ -66,11 +79,10 @@ def _would(greedy: Ints) -> str:
     return ranked[0] if len(ranked) == 1 else f'{ranked[0]}, in some cells {" or ".join(ranked[1:])}'
 
 
-def _why(taken: Ints, laplace: float) -> str:
-    """Few visits or disagreement: whether the pseudo-counts outweigh what was seen (F mixes the two)."""
-    moves, cells = int(taken.sum()), len(taken)
+def _why(taken: Ints, scarce: bool) -> str:
+    """Few visits or disagreement; the paper's F mixes the two."""
+    moves = int(taken.sum())
     amount = f'{moves} move in all' if moves == 1 else f'{moves} moves in all'
-    if moves <= N_ACTIONS * laplace * cells:
+    if scarce:
         return f'It is unsure because you were seldom there ({amount}).'
     return f'It is unsure because your moves there disagree ({amount}).'
-

@@ -1,13 +1,17 @@
-"""UNCERTAINTY and SELECTQUERY of algorithm 1 (section 3.3), and two named alternatives to its order."""
+"""UNCERTAINTY of algorithm 1 (section 3.3), and what the demonstrations' share of it comes from."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 
-from advise_ros.core.numerics import Bools, Floats, Ints, entropy, first_best
+from advise_ros.core.acquisition import ACQUISITIONS, Ranking, cluster_uncertainty, select
+from advise_ros.core.numerics import Floats, Ints, entropy
+
+__all__ = [
+    'ACQUISITIONS', 'Ranking', 'Sources', 'Uncertainty', 'cluster_uncertainty', 'select', 'sources', 'uncertainty'
+]
 
 
 class Uncertainty(NamedTuple):
@@ -18,22 +22,17 @@ class Uncertainty(NamedTuple):
     state: Floats
 
 
-class Ranking(NamedTuple):
-    """What an order of clusters may look at.
+class Sources(NamedTuple):
+    """F = disagreement + scarcity, each (n,) [nat] and at least 0.
 
     Attributes:
-        labels: (n,) cluster of each state.
-        state: (n,) U_s.
-        occupancy: (n,) discounted visits that the policy is expected to pay to each state.
-        score: 'mean' (definition 4) or 'sum' (algorithm 1).
-        rng: for orders that draw.
+        disagreement: the demonstrator contradicts himself; 0 without a visit or with one action alone, and the
+            entropy of his actions after many visits.
+        scarcity: few visits; the logarithm of the number of actions without a visit, 0 after many.
     """
 
-    labels: Ints
-    state: Floats
-    occupancy: Floats
-    score: str
-    rng: np.random.Generator
+    disagreement: Floats
+    scarcity: Floats
 
 
 def uncertainty(demonstrated: Floats, policy: Floats, w_p: float) -> Uncertainty:
@@ -42,38 +41,18 @@ def uncertainty(demonstrated: Floats, policy: Floats, w_p: float) -> Uncertainty
     return Uncertainty(f, g, w_p * f + (1.0 - w_p) * g)
 
 
-def cluster_uncertainty(labels: Ints, state: Floats, score: str) -> Floats:
-    """U_c of each cluster: the mean (definition 4) or the sum (algorithm 1) of U_s over its states."""
-    members = labels >= 0
-    total: Floats = np.bincount(labels[members], weights=state[members]).astype(np.float64)
-    return total / np.maximum(np.bincount(labels[members]), 1) if score == 'mean' else total
+def sources(taken: Ints, laplace: float) -> Sources:
+    """What the paper's F, the entropy of smoothed counts, comes from.
 
+    The smoothed distribution is the seen one with weight visits / (visits + pseudo-counts), and a fair die with the
+    rest. Disagreement is the seen one's entropy with that weight; what is left of F is there for want of visits.
 
-def _paper(ranking: Ranking) -> Floats:
-    return cluster_uncertainty(ranking.labels, ranking.state, ranking.score)
-
-
-def _occupancy(ranking: Ranking) -> Floats:
-    return cluster_uncertainty(ranking.labels, ranking.state * ranking.occupancy, 'sum')
-
-
-def _random(ranking: Ranking) -> Floats:
-    worth: Floats = ranking.rng.random(ranking.labels.max() + 1)
-    return worth
-
-
-# What a cluster is worth asking about; the highest is asked first.
-ACQUISITIONS: dict[str, Callable[[Ranking], Floats]] = {
-    'paper': _paper,
-    'occupancy': _occupancy,
-    'random': _random,
-}
-
-
-def select(acquisition: str, ranking: Ranking, open_clusters: Bools) -> int | None:
-    """The open cluster that is worth most, ties to the lowest label; None when none is open."""
-    if not open_clusters.any():
-        return None
-    worth = ACQUISITIONS[acquisition](ranking)
-    candidates = np.flatnonzero(open_clusters)
-    return int(candidates[first_best(worth[candidates])])
+    Args:
+        taken: (n, n_actions) counts.
+        laplace: added to each.
+    """
+    visits = taken.sum(axis=1, keepdims=True)
+    smoothed = (taken + laplace) / (visits + laplace * taken.shape[1])
+    weight = visits[:, 0] / (visits[:, 0] + laplace * taken.shape[1])
+    disagreement = weight * entropy(taken / np.maximum(visits, 1))
+    return Sources(disagreement, np.maximum(entropy(smoothed) - disagreement, 0.0))

@@ -273,7 +273,9 @@ class AdviseNode(Node):
     def _question(self) -> str:
         query = self._session.query
         if query is None:
-            return convert_advice.nothing_to_ask(self._session.budget_left)
+            return convert_advice.nothing_to_ask(
+                self._session.budget_left, self._learned is not None and self._learned.enough_advice,
+            )
         how = calls.how_to_answer(self.resolve_service_name('advise/answer'), self.get_namespace(), query.query_id)
         return f'{query.question}\n{how}'
 
@@ -286,6 +288,7 @@ class AdviseNode(Node):
             solve_s=self._solve_s, objective=learned.objective if learned else 0.0,
             contradictions=list(learned.contradictions) if learned else [], message=text,
         )
+            doubt_left=learned.doubt_left if learned else 0.0, enough_advice=learned is not None and learned.enough_advice,
 
 
 def main() -> None:

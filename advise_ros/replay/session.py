@@ -45,6 +45,8 @@ class Recorded:
     value: Any
 
     @property
+# Parameters that bags of earlier versions do not hold, with what was done before there were any.
+EARLIER: Mapping[str, Mapping[str, Any]] = {'AdviseConfig': {'clustering': 'k_means', 'confirm': False}}
     def stamp_ns(self) -> int:
         """Of the header."""
         return int(self.value.header.stamp.sec) * NS + int(self.value.header.stamp.nanosec)
@@ -122,7 +124,8 @@ class RecordedSession:
 
 def _config(config_class: type[ConfigT], values: Mapping[str, Any]) -> ConfigT:
     known = {spec.name for spec in fields(config_class)}  # type: ignore[arg-type]
-    return config.build(config_class, {name: value for name, value in values.items() if name in known})
+    told = {**EARLIER.get(config_class.__name__, {}), **values}
+    return config.build(config_class, {name: value for name, value in told.items() if name in known})
 
 
 def read_session(path: str | Path, namespace: str | None = None, overrides: Overrides | None = None) -> RecordedSession:

@@ -40,6 +40,8 @@ def query_to_msg(query: Query, grid: Grid, stamp_ns: int) -> msg.AdviceQuery:
     out.uncertainty = float(np.float32(query.uncertainty))
     out.demonstration_uncertainty = float(np.float32(query.demonstration_uncertainty))
     out.policy_uncertainty = float(np.float32(query.policy_uncertainty))
+    out.disagreement = float(np.float32(query.disagreement))
+    out.scarcity = float(np.float32(query.scarcity))
     out.demonstrated, out.policy = _float32(query.demonstrated), _float32(query.policy)
     out.answered_before = list(query.answered_before)
     out.budget_left = query.budget_left
@@ -52,11 +54,13 @@ def no_query_to_msg(learned: Learned, budget_left: int, stamp_ns: int) -> msg.Ad
     out = _query_frame(learned.grid, learned.version, stamp_ns)
     out.demonstrated = out.policy = [0.0] * len(ACTION_NAMES)
     out.budget_left = budget_left
-    out.question = nothing_to_ask(budget_left)
+    out.question = nothing_to_ask(budget_left, learned.enough_advice)
     return out
 
 
-def nothing_to_ask(budget_left: int) -> str:
+def nothing_to_ask(budget_left: int, enough: bool = False) -> str:
+    if enough:
+        return 'There is enough advice: no open question is worth asking any more.'
     return 'The budget of answers is spent.' if budget_left == 0 else 'There is nothing left to ask.'
 
 
@@ -83,6 +87,7 @@ def query_from_msg(query: msg.AdviceQuery) -> Query | None:
         policy=tuple(float(share) for share in query.policy),
         answered_before=tuple(int(state) for state in query.answered_before),
         budget_left=int(query.budget_left), question=query.question,
+        disagreement=float(query.disagreement), scarcity=float(query.scarcity),
     )
 
 

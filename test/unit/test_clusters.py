@@ -7,11 +7,20 @@ import warnings
 import numpy as np
 import pytest
 
-from advise_ros.core.clusters import NO_CLUSTER, canonical, cluster_states, k_means, split, structure
+from advise_ros.core.clusters import NO_CLUSTER, cluster_states, split, structure
+from advise_ros.core.counts import Counts
+from advise_ros.core.kmeans import canonical, k_means
+from advise_ros.core.learn_settings import LearnSettings
 from advise_ros.core.mdp import occurring
+from advise_ros.core.numerics import Ints
 from support.learning import CORRIDOR, ROUND_TRIP
 
-UNIFORM = np.full((ROUND_TRIP.n_states, 4), 0.25)
+UNIFORM = Counts(np.zeros((ROUND_TRIP.n_states, 4), dtype=np.int64))
+
+
+def _by_k_means(features: float, clusters: int, seed: int = 0, counts: Counts = UNIFORM) -> Ints:
+    settings = LearnSettings(clustering='k_means', clusters=clusters, cluster_features=features, seed=seed)
+    return cluster_states(ROUND_TRIP, counts, settings)
 
 
 def test_well_separated_groups_are_found_and_numbered_by_their_first_member() -> None:
@@ -23,20 +32,20 @@ def test_well_separated_groups_are_found_and_numbered_by_their_first_member() ->
 def test_fewer_distinct_points_than_clusters_make_fewer_clusters_in_silence() -> None:
     with warnings.catch_warnings():
         warnings.simplefilter('error')
-        labels = cluster_states(ROUND_TRIP, UNIFORM, 0.0, 10, 0)
+        labels = _by_k_means(0.0, 10, 0)
     assert set(labels[occurring(ROUND_TRIP)]) == {0}
 
 
 def test_states_in_which_no_flight_acts_have_no_cluster() -> None:
-    labels = cluster_states(ROUND_TRIP, UNIFORM, 1.0, 5, 0)
+    labels = _by_k_means(1.0, 5, 0)
     assert np.array_equal(labels == NO_CLUSTER, ~occurring(ROUND_TRIP))
     assert set(labels) == {NO_CLUSTER, 0, 1, 2, 3, 4}
 
 
 def test_every_seed_gives_its_own_clusters_again() -> None:
-    distribution = np.random.default_rng(0).dirichlet(np.ones(4), ROUND_TRIP.n_states)
-    first = cluster_states(ROUND_TRIP, distribution, 0.5, 6, 3)
-    assert np.array_equal(first, cluster_states(ROUND_TRIP, distribution.copy(), 0.5, 6, 3))
+    counts = Counts(np.random.default_rng(0).integers(0, 9, (ROUND_TRIP.n_states, 4)))
+    first = _by_k_means(0.5, 6, 3, counts)
+    assert np.array_equal(first, _by_k_means(0.5, 6, 3, Counts(counts.taken.copy())))
 
 
 def test_a_waypoint_counts_as_much_as_the_width_of_the_grid() -> None:
@@ -48,7 +57,7 @@ def test_a_waypoint_counts_as_much_as_the_width_of_the_grid() -> None:
 
 
 def test_a_mixed_cluster_is_halved_and_its_half_again() -> None:
-    labels = cluster_states(ROUND_TRIP, UNIFORM, 0.0, 1, 0)
+    labels = _by_k_means(0.0, 1, 0)
     whole = tuple(np.flatnonzero(labels == 0).tolist())
     halves = split(ROUND_TRIP, labels, [whole], 0)
     assert set(halves) == {NO_CLUSTER, 0, 1}
@@ -70,5 +79,5 @@ def test_a_drawn_part_and_a_halving_leave_no_trace_of_their_order() -> None:
 
 
 def test_an_answer_about_clusters_of_before_splits_nothing() -> None:
-    labels = cluster_states(ROUND_TRIP, UNIFORM, 1.0, 4, 0)
+    labels = _by_k_means(1.0, 4, 0)
     assert np.array_equal(split(ROUND_TRIP, labels, [(1, 2, 40)], 0), labels)

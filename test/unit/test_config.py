@@ -93,7 +93,7 @@ def test_the_file_with_the_papers_settings_says_something_else_than_the_defaults
     values = tree['/**/advise']['ros__parameters']
     paper, default = config.build(config.AdviseConfig, values), config.AdviseConfig()
     assert {name for name in values if getattr(paper, name) != getattr(default, name)} == {
-        'reading', 'margin_cap', 'clusters', 'cluster_features', 'acquisition', 'temperature',
+        'reading', 'margin_cap', 'clusters', 'cluster_features', 'acquisition', 'temperature', 'confirm',
     }
     assert config.build(config.ExpertConfig, tree['/**/expert']['ros__parameters']).prefer == 'plurality'
 
@@ -103,4 +103,4 @@ def test_the_benchmark_of_the_settings_leads_from_the_paper_to_the_defaults() ->
     assert rows[0][1].learn.reading == 'literal' and rows[-1][1].error_rate > 0
     changed = [sum(a != b for a, b in zip(vars(old.learn).values(), vars(new.learn).values(), strict=True))
                for (_, old), (_, new) in itertools.pairwise(rows)]
-    assert changed == [2, 1, 1, 1, 1, 0]
+    assert changed == [2, 1, 1, 1, 1, 1, 0]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -12,9 +14,11 @@ from advise_ros.core.learn import LearnSettings, learn
 from advise_ros.core.mdp import occurring
 from advise_ros.core.rollout import rollout
 from advise_ros.core.routes import optimal_table
+from advise_ros.demo.options import node_config
 from advise_ros.settings import learn_settings
 from support.learning import CORRIDOR, EAST, NORTH, ROUND_TRIP, WEST, demonstration, flights, record, taken_back
 
+ROOT = Path(__file__).parents[2]
 FLOWN_RIGHT = demonstration(CORRIDOR, [(0, EAST), (1, EAST), (2, EAST)])
 FLOWN_LOST = demonstration(CORRIDOR, [(0, EAST), (1, WEST), (0, EAST), (1, WEST), (0, EAST), (1, EAST), (2, EAST)])
 
@@ -128,6 +132,12 @@ def test_perfect_advice_everywhere_flies_the_shortest_way() -> None:
 
 def test_settings_come_from_parameters_of_the_same_name() -> None:
     assert learn_settings(AdviseConfig()) == LearnSettings()
+
+
+def test_one_parameter_is_the_way_back_to_the_paper() -> None:
+    written = learn_settings(node_config(ROOT / 'config/paper.yaml', 'advise', AdviseConfig))
+    assert learn_settings(AdviseConfig(method='paper', acquisition='random', temperature=0.3)) == written
+    assert written != LearnSettings()
     assert learn_settings(AdviseConfig(gamma=0.5, clusters=3, solver='cvxpy')) == LearnSettings(
         gamma=0.5, clusters=3, solver='cvxpy',
     )

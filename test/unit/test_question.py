@@ -9,8 +9,8 @@ from advise_ros.core.question import Asked, question
 from support.learning import EAST, NORTH, ROUND_TRIP, WEST
 
 
-def _asked(states: list[int], taken: list[list[int]], greedy: list[int]) -> str:
-    return question(ROUND_TRIP, Asked(np.array(states), np.array(taken), np.array(greedy)), 1.0)
+def _asked(states: list[int], taken: list[list[int]], greedy: list[int], scarce: bool = False) -> str:
+    return question(ROUND_TRIP, Asked(np.array(states), np.array(taken), np.array(greedy), scarce))
 
 
 def test_it_says_where_what_was_flown_what_would_be_flown_and_why() -> None:
@@ -23,8 +23,15 @@ def test_it_says_where_what_was_flown_what_would_be_flown_and_why() -> None:
 
 
 def test_few_visits_are_told_from_disagreement() -> None:
-    assert 'you were seldom there (1 move in all)' in _asked([1], [[1, 0, 0, 0]], [NORTH])
+    assert 'you were seldom there (1 move in all)' in _asked([1], [[1, 0, 0, 0]], [NORTH], True)
     assert 'your moves there disagree (40 moves in all)' in _asked([1], [[20, 20, 0, 0]], [NORTH])
+
+
+def test_a_doubtful_answer_is_asked_for_again_with_the_reason() -> None:
+    asked = Asked(np.array([1]), np.array([[38, 2, 0, 0]]), np.array([EAST]), False, ((EAST,), 2, 40))
+    text = question(ROUND_TRIP, asked)
+    assert 'you answered EAST, but 2 of 40 moves there went that way, so it is asked once more.' in text
+    assert 'the drone would fly' not in text
 
 
 def test_a_cell_that_was_never_flown_over() -> None:
