@@ -25,6 +25,10 @@ BEAT_S = 1.0
 STOP_PATIENCE_S = 3.0
 # A browser that is away for longer loads the page anew.
 RECONNECT_S = 30.0
+# All modules at once, instead of one import after the other.
+HEAD = '<link rel="stylesheet" href="/console/console.css">' + ''.join(
+    f'<link rel="modulepreload" href="/console/{path.name}">' for path in sorted(STATIC.glob('*.js'))
+)
 # Browsers load the page's files again when they have changed.
 CACHE_S = 0
 
@@ -111,15 +115,16 @@ class PageServer:
             self.failure = f'the page cannot be served any more: {type(problem).__name__}: {problem}'
 
     def _serve(self) -> None:
+        # Nothing is compressed: on the same machine that takes longer than it saves.
         ui.run(
             host=HOST, port=self._bound.getsockname()[1], fd=self._bound.fileno(), reload=False, show=False, tailwind=False,
             show_welcome_message=False, dark=None, favicon=STATIC / 'icon.svg', reconnect_timeout=RECONNECT_S,
-            binding_refresh_interval=None, access_log=False, timeout_graceful_shutdown=1,
+            binding_refresh_interval=None, gzip_middleware_factory=None, access_log=False, timeout_graceful_shutdown=1,
         )
 
     def _open(self) -> None:
         ui.add_css(':root { color-scheme: light dark }')
-        ui.add_head_html('<link rel="stylesheet" href="/console/console.css">')
+        ui.add_head_html(HEAD)
         page = Page(self._listener, self._desk)
         self._pages.add(page)
         ui.context.client.on_delete(lambda: self._pages.discard(page))

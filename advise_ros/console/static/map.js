@@ -19,19 +19,26 @@ export default {
   mounted() {
     this.basePainter = new Painter(this.$refs.base);
     this.overPainter = new Painter(this.$refs.over);
-    this.watcher = new ResizeObserver(() => this.paint());
+    this.watcher = new ResizeObserver(() => this.repaint());
     this.watcher.observe(this.$refs.box);
-    this.paint();
+    if (!this.small) this.paint();
   },
   unmounted() { this.watcher.disconnect(); },
   watch: {
-    view() { this.paint(); },
-    map() { this.paint(); },
-    dark() { this.paint(); },
+    view() { this.repaint(); },
+    map() { this.repaint(); },
+    dark() { this.repaint(); },
     cursor() { this.move(this.moving); },
   },
   methods: {
+    // The small maps wait until the large one is on the screen.
+    repaint() {
+      if (!this.small) return this.paint();
+      cancelAnimationFrame(this.due);
+      this.due = requestAnimationFrame(() => setTimeout(() => this.paint()));
+    },
     paint() {
+      if (!this.$refs.box) return;
       const width = Math.floor(this.$refs.box.clientWidth);
       if (!this.map || !width) return;
       const most = this.small ? width : Math.min(this.map.width * CELL_MOST, Math.max(280, (window.innerHeight - 150) * this.map.width / this.map.height));
@@ -41,7 +48,7 @@ export default {
       this.overPainter.fit(this.map, room, this.dark);
       this.basePainter.base(this.view);
       this.move(this.moving);
-      performance.mark('map-painted');
+      if (!this.small) performance.mark('map-painted');
     },
     // moving: {drone, track, moment}; called often, so it goes past Vue.
     move(moving) {
