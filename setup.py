@@ -8,7 +8,7 @@ NODES = (
     'advise', 'console', 'expert', 'guard', 'logger', 'mavlink_bridge', 'pilot', 'policy', 'recorder',
     'simulator', 'teleop',
 )
-COMMANDS = ('answer', 'ask', 'demo', 'discretise', 'experiments', 'recover', 'replay')
+COMMANDS = ('answer', 'ask', 'demo', 'discretise', 'experiments', 'fly_check', 'recover', 'replay')
 
 setup(
     name='advise_ros',

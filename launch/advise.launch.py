@@ -1,10 +1,10 @@
-"""The graph around one vehicle: the simulator, ArduPilot or PX4 by MAVLink, or MAVROS.
+"""The graph around one vehicle: the simulator, ArduPilot or PX4 by MAVLink, MAVROS, or ArduPilot's DDS.
 
     ros2 launch advise_ros advise.launch.py backend:=sim
     ros2 launch advise_ros advise.launch.py backend:=ardupilot url:=udpin:127.0.0.1:14550 grid_file:=/path/to/grid.yaml
     ros2 launch advise_ros advise.launch.py backend:=mavros namespace:=drone1 bag:=/tmp/session
 
-All names are relative: `namespace` moves the whole graph, and with it the MAVROS topics that are used.
+All names are relative: `namespace` moves the whole graph, and with it the topics of MAVROS or DDS that are used.
 """
 
 from __future__ import annotations
@@ -27,16 +27,21 @@ CARRIERS = {
     'ardupilot': ('mavlink_bridge',),
     'px4': ('mavlink_bridge',),
     'mavros': ('guard',),
+    'ardupilot_dds': ('guard',),
 }
 LEARNERS = ('recorder', 'advise', 'policy')
 ACTORS = ('pilot', 'expert')
 HAVE_A_GRID = ('mavlink_bridge', 'guard', *LEARNERS, *ACTORS)
 
-URLS = {'sim': 'udpin:127.0.0.1:14550', 'ardupilot': 'udpin:127.0.0.1:14550', 'px4': 'udpin:127.0.0.1:14540', 'mavros': ''}
+URLS = {'sim': 'udpin:127.0.0.1:14550', 'ardupilot': 'udpin:127.0.0.1:14550', 'px4': 'udpin:127.0.0.1:14540'}
 
-# MAVROS takes velocities through the guard only; everybody reads its position.
-MAVROS_POSE = ('pose', 'mavros/local_position/pose')
-MAVROS_COMMAND = ('guard/cmd_vel', 'mavros/setpoint_velocity/cmd_vel')
+# Backend without our bridge -> the topic of its position and that of its commands. Commands reach it through the guard only.
+FOREIGN_TOPICS = {
+    'mavros': ('mavros/local_position/pose', 'mavros/setpoint_velocity/cmd_vel'),
+    'ardupilot_dds': ('ap/pose/filtered', 'ap/cmd_vel'),
+}
+# ArduPilot's DDS calls the frame of its ENU pose base_link; what the guard passes on is in map.
+POSE_FRAMES = {'ardupilot_dds': 'base_link'}
 
 ARGUMENTS = (
     DeclareLaunchArgument('backend', default_value='sim', choices=list(CARRIERS), description='what is flown'),
@@ -82,7 +87,7 @@ def own_parameters(name: str, given: dict[str, str]) -> dict[str, object]:
 def texts(name: str, given: dict[str, str]) -> dict[str, str]:
     """Parameter -> value, '' where a parameter file of the user's own has the say."""
     usual = given['params_file'] == DEFAULT_PARAMETERS
-    url = given['url'] or (URLS[given['backend']] if usual else '')
+    url = given['url'] or (URLS.get(given['backend'], '') if usual else '')
     grid_file = given['grid_file'] or (DEFAULT_GRID if usual else '')
     found = {'grid_file': grid_file} if name in HAVE_A_GRID else {}
     if name == 'mavlink_bridge':
@@ -91,14 +96,17 @@ def texts(name: str, given: dict[str, str]) -> dict[str, str]:
         found['endpoint'] = url.replace('udpin:', 'udpout:')
     if name == 'logger':
         found['bag'] = given['bag']
+    if name == 'guard':
+        found['pose_frame'] = POSE_FRAMES.get(given['backend'], '')
     return found
 
 
 def remappings(name: str, backend: str) -> list[tuple[str, str]]:
-    """MAVROS topics in place of ours."""
-    if backend != 'mavros' or name in {'advise', 'expert'}:
+    """Topics of MAVROS or DDS in place of ours: the guard's own, and its pose for everybody else."""
+    if backend not in FOREIGN_TOPICS or name in {'advise', 'expert'}:
         return []
-    return [MAVROS_POSE, MAVROS_COMMAND] if name == 'guard' else [MAVROS_POSE]
+    pose, command = FOREIGN_TOPICS[backend]
+    return [('pose', pose), ('guard/cmd_vel', command)] if name == 'guard' else [('pose', 'guard/pose')]
 
 
 def node(name: str, given: dict[str, str]) -> Node:

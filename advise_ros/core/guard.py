@@ -9,22 +9,11 @@ import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from advise_ros.core.grid import Grid
+from advise_ros.core.fence import Braking, Fence, Vector, back_in, keep_in, outside_m, stopping_speed_m_s
 
-Vector = tuple[float, float, float]
 ZERO: Vector = (0.0, 0.0, 0.0)
 AXES = ('east', 'north', 'up')
 MAP_FRAME = 'map'
-
-# Generous, as simulated clocks that run fast arrive late.
-FUTURE_NS, BACKWARD_NS = 5_000_000_000, 1_000_000_000
-
-
-class Fence(NamedTuple):
-    """A box in the map frame (ENU), metres; both ends belong to it."""
-
-    low_enu_m: Vector
-    high_enu_m: Vector
 
 
 @dataclass(frozen=True)
@@ -34,7 +23,7 @@ class Limits:
     Attributes:
         max_speed_m_s: horizontal.
         max_climb_m_s: up or down.
-        braking_m_s2: deceleration that each axis can be trusted to have.
+        braking_m_s2: deceleration that can be trusted.
         command_timeout_s, pose_timeout_s: older ones count as missing.
         reaction_s: twice the longest time from a pose to the vehicle's obeying what was made from it: when
             the next pose comes it may still fly as fast as the last one allowed.
@@ -62,11 +51,12 @@ class Command(NamedTuple):
 
 
 class Position(NamedTuple):
-    """Where the vehicle was, and how long ago that arrived (steady time)."""
+    """Where the vehicle was, how long ago that arrived (steady time), and what is wrong with it."""
 
     position_enu_m: Vector
     frame_id: str
     age_s: float
+    doubt: str = ''
 
 
 class Verdict(NamedTuple):
@@ -77,44 +67,17 @@ class Verdict(NamedTuple):
     reason: str
 
 
-def fence_around(grid: Grid, margin_m: float, altitude_band_m: float) -> Fence:
-    """The grid's rectangle grown by a margin, and a band around its altitude."""
-    west, south = grid.origin_enu_m
-    east, north = west + grid.width * grid.resolution_m, south + grid.height * grid.resolution_m
-    return Fence(
-        (west - margin_m, south - margin_m, grid.altitude_m - altitude_band_m),
-        (east + margin_m, north + margin_m, grid.altitude_m + altitude_band_m),
-    )
-
-
-def stamp_doubt(stamp_ns: int, newest_ns: int, now_ns: int) -> str:
-    """What is wrong with a command's stamp, or ''; a stamp of 0 says nothing.
-
-    Args:
-        stamp_ns: of the command.
-        newest_ns: the newest stamp among commands that are not stale yet, 0 if there is none.
-        now_ns: our clock, 0 if it has not begun.
-    """
-    if stamp_ns <= 0:
-        return ''
-    if now_ns > 0 and stamp_ns > now_ns + FUTURE_NS:
-        return f'its stamp is {(stamp_ns - now_ns) / 1e9:.1f} s in the future; is use_sim_time the same everywhere?'
-    if stamp_ns + BACKWARD_NS < newest_ns:
-        return f'its stamp is {(newest_ns - stamp_ns) / 1e9:.1f} s before that of another command; let one node fly at a time'
-    return ''
-
-
 def check(command: Command | None, position: Position | None, limits: Limits) -> Verdict:
     """The velocity that may be flown now.
 
     The speed is never above the limits (scaled down, direction kept). Toward the fence it is so low that a
-    vehicle that stops hearing us after this command, and brakes each axis at `braking_m_s2`, stands before
-    the fence. Outside the fence only motion back inward passes.
+    vehicle that stops hearing us after this command, and brakes at `braking_m_s2`, stands before the fence.
+    Outside the fence only motion back inward passes.
     """
-    doubt = _doubt(command, position, limits)
+    doubt = doubt_of(command, position, limits)
     if doubt or command is None or position is None:
         return Verdict(ZERO, 0.0, doubt)
-    velocity, slowed = _limited(command.velocity_enu_m_s, limits)
+    velocity, slowed = limited(command.velocity_enu_m_s, limits)
     yaw_rate = max(-limits.max_yaw_rate_rad_s, min(limits.max_yaw_rate_rad_s, command.yaw_rate_rad_s))
     if limits.fence is None:
         return Verdict(velocity, yaw_rate, slowed)
@@ -122,8 +85,12 @@ def check(command: Command | None, position: Position | None, limits: Limits) ->
     return Verdict(inside, yaw_rate, '; '.join(reason for reason in (slowed, fenced) if reason))
 
 
-def _doubt(command: Command | None, position: Position | None, limits: Limits) -> str:
+def doubt_of(command: Command | None, position: Position | None, limits: Limits) -> str:
     """Why nothing may be flown, or ''."""
+    return _command_doubt(command, limits) or _pose_doubt(position, limits)
+
+
+def _command_doubt(command: Command | None, limits: Limits) -> str:
     if command is None:
         return 'no command yet'
     if command.doubt:
@@ -134,12 +101,18 @@ def _doubt(command: Command | None, position: Position | None, limits: Limits) -
         return 'command refused: it is not finite'
     if not 0.0 <= command.age_s <= limits.command_timeout_s:
         return f'command older than {limits.command_timeout_s:g} s'
+    return ''
+
+
+def _pose_doubt(position: Position | None, limits: Limits) -> str:
     if position is None:
         return 'no pose yet'
     if position.frame_id != MAP_FRAME:
         return f"pose refused: its frame is '{position.frame_id}'; it must be '{MAP_FRAME}' (ENU)"
     if not _finite(position.position_enu_m):
         return 'pose refused: it is not finite'
+    if position.doubt:
+        return f'pose refused: {position.doubt}'
     if not 0.0 <= position.age_s <= limits.pose_timeout_s:
         return f'pose older than {limits.pose_timeout_s:g} s'
     return ''
@@ -149,7 +122,8 @@ def _finite(vector: Vector) -> bool:
     return all(math.isfinite(value) for value in vector)
 
 
-def _limited(velocity: Vector, limits: Limits) -> tuple[Vector, str]:
+def limited(velocity: Vector, limits: Limits) -> tuple[Vector, str]:
+    """The velocity within the limits of speed, direction kept, and what limited it."""
     east, north, up = velocity
     horizontal = math.hypot(east, north)
     scale, reason = 1.0, ''
@@ -160,38 +134,30 @@ def _limited(velocity: Vector, limits: Limits) -> tuple[Vector, str]:
     return (east * scale, north * scale, up * scale), reason
 
 
-def stopping_speed_m_s(distance_m: float, braking_m_s2: float, reaction_s: float) -> float:
-    """Highest speed v from which v * reaction + v^2 / (2 braking) fits into a distance."""
-    if distance_m <= 0.0:
-        return 0.0
-    # The root in the form that loses no digits for short distances.
-    return 2.0 * distance_m / (reaction_s + math.sqrt(reaction_s**2 + 2.0 * distance_m / braking_m_s2))
-
-
 def _fenced(velocity: Vector, position: Vector, limits: Limits, fence: Fence) -> tuple[Vector, str]:
-    outside = [axis for axis in range(3) if not fence.low_enu_m[axis] <= position[axis] <= fence.high_enu_m[axis]]
-    if outside:
-        return _inward(velocity, position, outside, fence)
-    allowed = [
-        _toward(velocity[axis], position[axis], (fence.low_enu_m[axis], fence.high_enu_m[axis]), limits)
-        for axis in range(3)
-    ]
-    slowed = [AXES[axis] for axis in range(3) if allowed[axis] != velocity[axis]]
-    reason = f'fence ahead: {", ".join(slowed)} limited' if slowed else ''
-    return (allowed[0], allowed[1], allowed[2]), reason
+    at, braking = position[:2], Braking(limits.braking_m_s2, limits.reaction_s)
+    beyond_m = outside_m(fence, at)
+    below_or_above = not fence.low_m <= position[2] <= fence.high_m
+    if beyond_m > 0.0 or below_or_above:
+        return _inward(velocity, position, fence, beyond_m)
+    east, north = keep_in(velocity[:2], at, fence, braking)
+    up = _between(velocity[2], position[2], fence, limits)
+    slowed = [name for name, now, asked in zip(AXES, (east, north, up), velocity, strict=True) if now != asked]
+    return (east, north, up), f'fence ahead: {", ".join(slowed)} limited' if slowed else ''
 
 
-def _toward(speed: float, at: float, ends: tuple[float, float], limits: Limits) -> float:
-    low, high = ends
-    upper = stopping_speed_m_s(high - at, limits.braking_m_s2, limits.reaction_s)
-    lower = -stopping_speed_m_s(at - low, limits.braking_m_s2, limits.reaction_s)
-    return max(lower, min(upper, speed))
+def _between(climb: float, altitude_m: float, fence: Fence, limits: Limits) -> float:
+    upper = stopping_speed_m_s(fence.high_m - altitude_m, limits.braking_m_s2, limits.reaction_s)
+    lower = -stopping_speed_m_s(altitude_m - fence.low_m, limits.braking_m_s2, limits.reaction_s)
+    return max(lower, min(upper, climb))
 
 
-def _inward(velocity: Vector, position: Vector, outside: list[int], fence: Fence) -> tuple[Vector, str]:
-    inward = [0.0, 0.0, 0.0]
-    for axis in outside:
-        below = position[axis] < fence.low_enu_m[axis]
-        inward[axis] = max(0.0, velocity[axis]) if below else min(0.0, velocity[axis])
-    names = ', '.join(AXES[axis] for axis in outside)
-    return (inward[0], inward[1], inward[2]), f'outside the fence ({names}): only motion back inward is flown'
+def _inward(velocity: Vector, position: Vector, fence: Fence, beyond_m: float) -> tuple[Vector, str]:
+    """Outside in plan, in altitude or both: each part leads back or is zero."""
+    east, north = back_in(velocity[:2], position[:2], fence) if beyond_m > 0.0 else (0.0, 0.0)
+    up, where = 0.0, [f'{beyond_m:.1f} m in plan'] if beyond_m > 0.0 else []
+    if position[2] < fence.low_m:
+        up, where = max(0.0, velocity[2]), [*where, f'{fence.low_m - position[2]:.1f} m too low']
+    elif position[2] > fence.high_m:
+        up, where = min(0.0, velocity[2]), [*where, f'{position[2] - fence.high_m:.1f} m too high']
+    return (east, north, up), f'outside the fence ({", ".join(where)}): only motion back inward is flown'

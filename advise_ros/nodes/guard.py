@@ -2,77 +2,102 @@
 
 from __future__ import annotations
 
-import math
 import sys
 import time
 
 from geometry_msgs.msg import PoseStamped, TwistStamped
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
+from std_srvs.srv import Trigger
 
-from advise_ros.config import GuardConfig
+from advise_ros.config import ChecksConfig, GuardConfig
 from advise_ros.core import guard
+from advise_ros.core.errors import InputError
+from advise_ros.core.fence import Fence, corners_from_text, fence_around
 from advise_ros.core.grid import Grid
+from advise_ros.core.sentry import Sentry, SentrySettings
 from advise_ros.recording.gridfile import load_grid
 from advise_ros.ros import diagnostics, parameters, qos, run
 from advise_ros.ros.convert import MAP_FRAME, stamp_to_ns
 from advise_ros.ros.diagnostics import Diagnostics
 
+NO_FENCE = 'the fence is off (no grid_file, no fence_polygon)'
+ASKED = 'somebody asked for it'
 
-def load_limits(config: GuardConfig) -> tuple[guard.Limits, Grid | None]:
-    """The guard's limits, and the grid that makes its fence if one is named.
+
+def load_grid_of(config: ChecksConfig) -> Grid | None:
+    """The grid, if one is named.
 
     Raises:
         InputError: the grid file is wrong.
     """
-    grid = load_grid(config.grid_file) if config.grid_file else None
+    return load_grid(config.grid_file) if config.grid_file else None
+
+
+def limits_of(config: ChecksConfig, grid: Grid | None) -> guard.Limits:
+    """What commands must keep to.
+
+    Raises:
+        InputError: the fence is no polygon, or its altitude is unknown.
+    """
     return guard.Limits(
         max_speed_m_s=config.max_speed_m_s, max_climb_m_s=config.max_climb_m_s,
         max_yaw_rate_rad_s=config.max_yaw_rate_rad_s, braking_m_s2=config.braking_m_s2,
         command_timeout_s=config.command_timeout_s, pose_timeout_s=config.pose_timeout_s,
-        # What was made from a pose flies on until that is too old, and a tick longer.
-        reaction_s=2.0 * (config.pose_timeout_s + 1.0 / config.rate_hz),
-        fence=None if grid is None else guard.fence_around(grid, config.fence_margin_m, config.altitude_band_m),
-    ), grid
+        # What was made from a pose flies on until that is too old, and a tick and the vehicle's delay longer.
+        reaction_s=2.0 * (config.pose_timeout_s + 1.0 / config.rate_hz + config.vehicle_delay_s),
+        fence=_fence_of(config, grid),
+    )
 
 
-class CommandBox:
-    """The last command and when it arrived (monotonic)."""
+def _fence_of(config: ChecksConfig, grid: Grid | None) -> Fence | None:
+    around = None if grid is None else fence_around(grid, config.fence_margin_m, config.altitude_band_m)
+    if config.fence_low_m < config.fence_high_m and around is not None:
+        around = around._replace(low_m=config.fence_low_m, high_m=config.fence_high_m)
+    if not config.fence_polygon:
+        return around
+    corners = corners_from_text(config.fence_polygon)
+    if around is not None:
+        return around._replace(corners_enu_m=corners)
+    if config.fence_low_m >= config.fence_high_m:
+        raise InputError("fence_polygon has no altitudes; set 'fence_low_m' and 'fence_high_m', or 'grid_file'")
+    return Fence(corners, config.fence_low_m, config.fence_high_m)
 
-    def __init__(self, timeout_s: float) -> None:
-        self._timeout_s = timeout_s
-        self._command: guard.Command | None = None
-        self._at_s = -math.inf
-        self._newest_ns = 0
 
-    def put(self, message: TwistStamped, now_s: float, now_ns: int) -> None:
-        """Keep a command that arrives now, by the monotonic clock and by the node's."""
-        if now_s - self._at_s > self._timeout_s:
-            self._newest_ns = 0
-        stamp_ns = stamp_to_ns(message.header.stamp)
-        doubt = guard.stamp_doubt(stamp_ns, self._newest_ns, now_ns)
-        if not doubt:
-            self._newest_ns = max(self._newest_ns, stamp_ns)
-        linear = message.twist.linear
-        self._command = guard.Command(
-            (linear.x, linear.y, linear.z), message.header.frame_id, 0.0, message.twist.angular.z, doubt,
-        )
-        self._at_s = now_s
+def sentry_of(config: ChecksConfig, limits: guard.Limits) -> Sentry:
+    """The guard with its memory."""
+    return Sentry(limits, SentrySettings(config.max_acceleration_m_s2, config.jump_m, config.latch))
 
-    def clear(self) -> None:
-        self._command = None
 
-    def command(self, now_s: float) -> guard.Command | None:
-        """The last command with its age, or None before the first one."""
-        return None if self._command is None else self._command._replace(age_s=now_s - self._at_s)
+def put_command(sentry: Sentry, message: TwistStamped, now_s: float, now_ns: int) -> None:
+    """A command that arrives now, by steady time and by the node's clock."""
+    linear = message.twist.linear
+    command = guard.Command((linear.x, linear.y, linear.z), message.header.frame_id, 0.0, message.twist.angular.z)
+    sentry.command(command, now_s, stamp_ns=stamp_to_ns(message.header.stamp), now_ns=now_ns)
+
+
+def answer_stop(sentry: Sentry, response: Trigger.Response) -> Trigger.Response:
+    """Stop until released."""
+    sentry.stop(ASKED)
+    response.success, response.message = True, f'stopped until released: {sentry.latched}'
+    return response
+
+
+def answer_release(sentry: Sentry, response: Trigger.Response) -> Trigger.Response:
+    """End a latched stop."""
+    why = sentry.release()
+    response.success, response.message = bool(why), f'released; it was stopped: {why}' if why else 'it was not stopped'
+    return response
 
 
 class Guard(Node):
-    """Checks velocity commands: frame, numbers, age, speed and fence.
+    """Checks velocity commands: frame, numbers, age, stamps, speed, acceleration and fence; and the pose they rest on.
 
-    Takes `cmd_vel` (TwistStamped, frame map) and `pose` (PoseStamped, frame map), and publishes what may be
-    flown on `guard/cmd_vel`: at once for each command, and steadily, so that a stale command becomes zero
-    velocity. Before the first command nothing is published. What it changes and why stands in /diagnostics.
+    Takes `cmd_vel` (TwistStamped, frame map) and `pose` (PoseStamped, frame map or `pose_frame`), and publishes
+    what may be flown on `guard/cmd_vel`: at once for each command, and steadily, so that a stale command
+    becomes zero velocity. Before the first command nothing is published. `guard/pose` is the pose in frame
+    map. What it changes and why stands in /diagnostics. `guard/stop` stops the vehicle until `guard/release`;
+    with `latch` each doubt does (std_srvs/Trigger).
 
     With MAVROS:
       ros2 run advise_ros guard --ros-args -p grid_file:=config/grid_6x6.yaml \\
@@ -82,34 +107,33 @@ class Guard(Node):
     def __init__(self) -> None:
         super().__init__('guard')
         self.config = parameters.load(self, GuardConfig)
-        self._limits, _ = load_limits(self.config)
-        self._commands = CommandBox(self.config.command_timeout_s)
-        self._pose: tuple[guard.Position, float] | None = None
+        self._limits = limits_of(self.config, load_grid_of(self.config))
+        self._sentry = sentry_of(self.config, self._limits)
         self._diagnostics = Diagnostics(self)
         self._checked = self.create_publisher(TwistStamped, 'guard/cmd_vel', qos.COMMAND)
+        self._pose = self.create_publisher(PoseStamped, 'guard/pose', qos.SENSOR)
         self.create_subscription(TwistStamped, 'cmd_vel', self._on_command, qos.COMMAND)
         self.create_subscription(PoseStamped, 'pose', self._on_pose, qos.SENSOR)
-        self.create_timer(1.0 / self.config.rate_hz, self._on_tick, clock=Clock(clock_type=ClockType.STEADY_TIME))
+        self.create_service(Trigger, 'guard/stop', lambda _, response: answer_stop(self._sentry, response))
+        self.create_service(Trigger, 'guard/release', lambda _, response: answer_release(self._sentry, response))
+        self.create_timer(1.0 / self.config.rate_hz, self._publish, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
     def _on_pose(self, message: PoseStamped) -> None:
-        at = message.pose.position
-        self._pose = guard.Position((at.x, at.y, at.z), message.header.frame_id, 0.0), time.monotonic()
+        at, header = message.pose.position, message.header
+        header.frame_id = MAP_FRAME if header.frame_id == self.config.pose_frame else header.frame_id
+        now_s, now_ns = time.monotonic(), self.get_clock().now().nanoseconds
+        self._sentry.pose((at.x, at.y, at.z), header.frame_id, now_s, stamp_ns=stamp_to_ns(header.stamp), now_ns=now_ns)
+        self._pose.publish(message)
 
     def _on_command(self, message: TwistStamped) -> None:
-        self._commands.put(message, time.monotonic(), self.get_clock().now().nanoseconds)
-        self._publish()
-
-    def _on_tick(self) -> None:
+        put_command(self._sentry, message, time.monotonic(), self.get_clock().now().nanoseconds)
         self._publish()
 
     def _publish(self) -> None:
-        now_s = time.monotonic()
-        command = self._commands.command(now_s)
-        if command is None:
+        verdict = self._sentry.verdict(time.monotonic())
+        if verdict is None:
             self._say('waiting for cmd_vel')
             return
-        position = None if self._pose is None else self._pose[0]._replace(age_s=now_s - self._pose[1])
-        verdict = guard.check(command, position, self._limits)
         message = TwistStamped()
         message.header.frame_id = MAP_FRAME
         message.header.stamp = self.get_clock().now().to_msg()
@@ -120,8 +144,7 @@ class Guard(Node):
         self._say(verdict.reason)
 
     def _say(self, reason: str) -> None:
-        fence = '' if self._limits.fence else 'the fence is off (no grid_file)'
-        sentences = [text for text in (reason, fence) if text]
+        sentences = [text for text in (reason, '' if self._limits.fence else NO_FENCE) if text]
         self._diagnostics.set(diagnostics.WARN if sentences else diagnostics.OK, '; '.join(sentences) or 'commands pass')
 
 

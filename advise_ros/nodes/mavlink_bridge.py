@@ -23,9 +23,17 @@ from advise_ros.mavlink.companion import Companion, Settings, Status
 from advise_ros.mavlink.link import Link, Received
 from advise_ros.mavlink.requests import Goal, Request
 from advise_ros.mavlink.signing import optional_key
-from advise_ros.mavlink.stamps import Stamper
+from advise_ros.mavlink.stamps import NS_PER_MS, Stamper
 from advise_ros.mavlink.vehicle import Attitude, Battery, Motion
-from advise_ros.nodes.guard import CommandBox, load_limits
+from advise_ros.nodes.guard import (
+    NO_FENCE,
+    answer_release,
+    answer_stop,
+    limits_of,
+    load_grid_of,
+    put_command,
+    sentry_of,
+)
 from advise_ros.ros import diagnostics, parameters, qos, run
 from advise_ros.ros.convert import MAP_FRAME, stamp_from_ns
 from advise_ros.ros.diagnostics import Diagnostics
@@ -45,13 +53,14 @@ class MavlinkBridge(Node):
 
     Publishes `pose` (PoseStamped, ENU, frame map), `vehicle_status` and `battery_state`. Flies `cmd_vel`
     (TwistStamped, frame map) as velocity setpoints while the vehicle is in the air in GUIDED (ArduPilot) or
-    OFFBOARD (PX4); every command passes the guard first (frame, numbers, age, speed, fence). A stale command
-    becomes zero velocity. A mode that somebody else sets is respected: nothing is sent until take-off is
-    asked again. Time-outs are in real seconds, also when a simulation runs faster.
+    OFFBOARD (PX4); every command passes the guard first (see the node guard). A stale command becomes zero
+    velocity. A mode that somebody else sets is respected: nothing is sent until take-off is asked again.
+    Time-outs are in real seconds, also when a simulation runs faster.
 
     Services: `mavlink_bridge/arm` (std_srvs/SetBool), `mavlink_bridge/takeoff` and `mavlink_bridge/land`
     (std_srvs/Trigger). They begin the action and say at once whether the autopilot accepts, in its words;
-    `vehicle_status` shows the progress.
+    `vehicle_status` shows the progress. `mavlink_bridge/stop` holds the vehicle at zero velocity until
+    `mavlink_bridge/release` (std_srvs/Trigger).
 
     Example:
       ros2 run advise_ros mavlink_bridge --ros-args -p url:=udpin:127.0.0.1:14550 -p grid_file:=config/grid_6x6.yaml
@@ -61,16 +70,17 @@ class MavlinkBridge(Node):
     def __init__(self) -> None:
         super().__init__('mavlink_bridge')
         self.config = parameters.load(self, MavlinkBridgeConfig)
-        self._limits, grid = load_limits(self.config)
+        grid = load_grid_of(self.config)
+        self._limits = limits_of(self.config, grid)
+        self._sentry = sentry_of(self.config, self._limits)
         self._altitude_m = self.config.takeoff_altitude_m or (grid.altitude_m if grid else 0.0)
         self._companion = Companion(Settings(
             system_id=self.config.system_id, component_id=self.config.component_id,
             target_system=self.config.target_system, pose_rate_hz=self.config.pose_rate_hz,
             heartbeat_timeout_s=self.config.heartbeat_timeout_s, ready_timeout_s=self.config.ready_timeout_s,
         ))
-        use_sim_time = bool(self.get_parameter('use_sim_time').value)
-        self._stamper = Stamper(simulated=use_sim_time)
-        self._commands = CommandBox(self.config.command_timeout_s)
+        self._simulated_time = bool(self.get_parameter('use_sim_time').value)
+        self._stamper = Stamper(simulated=self._simulated_time)
         self._pending: list[tuple[Request, Future]] = []
         self._status: Status | None = None
         self._status_s = -math.inf
@@ -96,6 +106,8 @@ class MavlinkBridge(Node):
         self.create_service(SetBool, 'mavlink_bridge/arm', self._on_arm, callback_group=group)
         self.create_service(Trigger, 'mavlink_bridge/takeoff', self._on_takeoff, callback_group=group)
         self.create_service(Trigger, 'mavlink_bridge/land', self._on_land, callback_group=group)
+        self.create_service(Trigger, 'mavlink_bridge/stop', lambda _, response: answer_stop(self._sentry, response))
+        self.create_service(Trigger, 'mavlink_bridge/release', lambda _, response: answer_release(self._sentry, response))
         self.create_timer(1.0 / self.config.rate_hz, self._on_tick, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
     def _wake_up(self) -> None:
@@ -117,6 +129,8 @@ class MavlinkBridge(Node):
             return
         self._link.answer_to(received.source)
         if vehicle.motion is not motion and vehicle.motion is not None:
+            boot_ns = vehicle.motion.time_boot_ms * NS_PER_MS
+            self._sentry.pose(vehicle.motion.position_enu_m, MAP_FRAME, vehicle.motion.at_s, stamp_ns=boot_ns)
             self._publish_pose(vehicle.motion, vehicle.attitude)
         if vehicle.battery is not battery and vehicle.battery is not None:
             self._publish_battery(vehicle.battery)
@@ -138,30 +152,24 @@ class MavlinkBridge(Node):
 
     # -- commands ----------------------------------------------------------------------------
     def _on_command(self, message: TwistStamped) -> None:
-        now_s = time.monotonic()
-        # A simulated clock that runs fast may lag behind the poses that commands are stamped with.
-        now_ns = max(self.get_clock().now().nanoseconds, self._stamper.newest_ns)
-        self._commands.put(message, now_s, now_ns)
+        now_s, now_ns = time.monotonic(), self.get_clock().now().nanoseconds
+        if self._simulated_time:  # One that runs fast may lag behind the poses that commands are stamped with.
+            now_ns = max(now_ns, self._stamper.newest_ns)
+        put_command(self._sentry, message, now_s, now_ns)
         self._command(now_s)
 
     def _command(self, now_s: float) -> None:
         """Send what the guard lets through; nothing before the first command of a flight."""
         if not self._companion.commandable(now_s):
-            self._commands.clear()
+            self._sentry.clear()
             self._reason = ''
             return
-        command = self._commands.command(now_s)
-        if command is None:
-            if self._companion.must_stream(now_s):
-                self._send(guard.ZERO, 0.0, now_s)
-            return
-        verdict = guard.check(command, self._position(now_s), self._limits)
-        self._reason = verdict.reason
-        self._send(verdict.velocity_enu_m_s, verdict.yaw_rate_rad_s, now_s)
-
-    def _position(self, now_s: float) -> guard.Position | None:
-        motion = self._companion.vehicle.motion
-        return None if motion is None else guard.Position(motion.position_enu_m, MAP_FRAME, now_s - motion.at_s)
+        verdict = self._sentry.verdict(now_s)
+        if verdict is not None:
+            self._reason = verdict.reason
+            self._send(verdict.velocity_enu_m_s, verdict.yaw_rate_rad_s, now_s)
+        elif self._companion.must_stream(now_s):
+            self._send(guard.ZERO, 0.0, now_s)
 
     def _send(self, velocity: guard.Vector, yaw_rate: float, now_s: float) -> None:
         setpoint = self._companion.setpoint(velocity, yaw_rate, now_s)
@@ -239,9 +247,10 @@ class MavlinkBridge(Node):
         if status is None or ((status, self._reason) == self._diagnosed and now_s - self._diagnosed_s < STATUS_PERIOD_S):
             return
         self._diagnosed, self._diagnosed_s = (status, self._reason), now_s
-        fence = '' if self._limits.fence else 'the fence is off (no grid_file)'
+        fence = '' if self._limits.fence else NO_FENCE
+        stopped = f'stopped until released: {self._sentry.latched}' if self._sentry.latched and not self._reason else ''
         sentences = [text for text in (
-            f'waiting for {status.waiting_for}' if status.waiting_for else '', self._reason, fence,
+            f'waiting for {status.waiting_for}' if status.waiting_for else '', self._reason, stopped, fence,
             TWO_CLOCKS if self._stamper.refixed >= REFIXES_TOLD else '',
         ) if text]
         level = diagnostics.ERROR if not status.connected else diagnostics.WARN if sentences else diagnostics.OK

@@ -4,13 +4,17 @@ from __future__ import annotations
 
 import math
 
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from advise_ros.core import guard
-from advise_ros.core.guard import Command, Fence, Limits, Position, check
+from advise_ros.core.fence import Fence, box, stopping_speed_m_s
+from advise_ros.core.guard import Command, Limits, Position, check
+from support.guarded_flight import BOUND_M, episode
 
-FENCE = Fence((-2.0, -3.0, 1.0), (10.0, 9.0, 9.0))
+LOW, HIGH = (-2.0, -3.0, 1.0), (10.0, 9.0, 9.0)
+FENCE = box(LOW, HIGH)
 LIMITS = Limits(max_speed_m_s=4.0, max_climb_m_s=2.0, braking_m_s2=2.0, command_timeout_s=0.5, pose_timeout_s=0.5,
                 reaction_s=1.1, fence=FENCE)
 any_float = st.floats()
@@ -57,15 +61,15 @@ def test_outside_the_fence_the_distance_never_grows(
 ) -> None:
     out = check(Command(velocity, 'map', 0.0), Position(position, 'map', 0.0), LIMITS).velocity_enu_m_s
     for axis in range(3):
-        if position[axis] > FENCE.high_enu_m[axis]:
+        if position[axis] > HIGH[axis]:
             assert out[axis] <= 0.0
-        if position[axis] < FENCE.low_enu_m[axis]:
+        if position[axis] < LOW[axis]:
             assert out[axis] >= 0.0
 
 
 @given(st.floats(0.0, 1e4), st.floats(0.1, 50.0), st.floats(0.01, 5.0))
 def test_stopping_speed_uses_the_distance_and_no_more(distance: float, braking: float, reaction: float) -> None:
-    speed = guard.stopping_speed_m_s(distance, braking, reaction)
+    speed = stopping_speed_m_s(distance, braking, reaction)
     assert math.isclose(speed * reaction + speed**2 / (2 * braking), distance, rel_tol=1e-9, abs_tol=1e-12)
 
 
@@ -101,4 +105,10 @@ def worst_flight(pushes: list[float], pose_gap_s: float, lost_after_s: float, st
 def test_a_vehicle_that_brakes_as_promised_never_leaves_the_fence(
     pushes: list[float], pose_gap_s: float, lost_after_s: float, start: float
 ) -> None:
-    assert worst_flight([*pushes, *[100.0] * 3], pose_gap_s, lost_after_s, start) <= FENCE.high_enu_m[0] + 1e-6
+    assert worst_flight([*pushes, *[100.0] * 3], pose_gap_s, lost_after_s, start) <= HIGH[0] + 1e-6
+
+
+@pytest.mark.parametrize('number', range(48))
+def test_who_means_to_leave_in_gusts_and_over_failing_links_stays_within_the_documented_bound(number: int) -> None:
+    """The short form of benchmarks/guard_episodes.py."""
+    assert episode(1, number).fly(20.0) <= BOUND_M

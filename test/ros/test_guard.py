@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped, TwistStamped
+from std_srvs.srv import Trigger
 
 from advise_ros.ros import qos
 from support.flying import pose, velocity
@@ -57,7 +58,9 @@ def test_passes_limits_refuses_and_stops_when_the_pilot_falls_silent(graph: Grap
     pilot.until(inside, velocity(30.0, 40.0), (1.8, 2.4, 0.0))
     said(graph, 'speed limited to 3 m/s')
     pilot.until(pose(20.0, 5.0, 5.0), velocity(1.0, 0.0), (0.0, 0.0, 0.0))
-    said(graph, 'outside the fence (east)')
+    said(graph, 'pose refused: it jumped 15.0 m')
+    pilot.until(pose(20.0, 5.0, 5.0), velocity(-1.0, 0.0, 0.5), (-1.0, 0.0, 0.0))
+    said(graph, 'outside the fence (8.0 m in plan): only motion back inward is flown')
     pilot.until(inside, velocity(1.0, 0.0, frame='base_link'), (0.0, 0.0, 0.0))
     said(graph, "its frame is 'base_link'")
     pilot.until(inside, velocity(float('nan'), 0.0), (0.0, 0.0, 0.0))
@@ -71,7 +74,7 @@ def test_passes_limits_refuses_and_stops_when_the_pilot_falls_silent(graph: Grap
 
 def test_without_a_grid_the_fence_is_off_and_says_so(graph: Graph) -> None:
     pilot = Pilot(graph)
-    said(graph, 'waiting for cmd_vel; the fence is off (no grid_file)')
+    said(graph, 'waiting for cmd_vel; the fence is off (no grid_file, no fence_polygon)')
     pilot.until(pose(500.0, 5.0, 5.0), velocity(1.0, 0.0), (1.0, 0.0, 0.0))
 
 
@@ -85,3 +88,25 @@ def test_wrong_parameters_end_it_in_one_sentence(graph: Graph, params: dict[str,
     assert process.popen.returncode == 2
     assert words in process.text
     assert 'Traceback' not in process.text
+
+
+def test_stop_and_release_and_the_pose_in_the_frame_map(graph: Graph) -> None:
+    pilot = Pilot(graph, fence_polygon='0,0 10,0 10,10 0,10', fence_low_m=1.0, fence_high_m=9.0, pose_frame='base_link')
+    poses = graph.listen('guard/pose', PoseStamped, qos.SENSOR)
+    inside = pose(5.0, 5.0, 5.0)
+    inside.header.frame_id = 'base_link'  # As ArduPilot's DDS labels its ENU pose.
+    pilot.until(inside, velocity(1.0, 0.0), (1.0, 0.0, 0.0))
+    graph.wait_until(lambda: poses, what='a pose')
+    assert poses[-1].header.frame_id == 'map'
+    assert graph.call(Trigger, 'guard/stop').success
+    pilot.until(inside, velocity(1.0, 0.0), (0.0, 0.0, 0.0))
+    said(graph, 'stopped until released: somebody asked for it')
+    assert graph.call(Trigger, 'guard/release').message == 'released; it was stopped: somebody asked for it'
+    pilot.until(inside, velocity(1.0, 0.0), (1.0, 0.0, 0.0))
+    assert not graph.call(Trigger, 'guard/release').success
+
+
+def test_a_fence_without_altitudes_is_refused(graph: Graph) -> None:
+    process = graph.run('guard', params={'fence_polygon': '0,0 10,0 10,10'})
+    assert process.popen.returncode == 2
+    assert "fence_polygon has no altitudes; set 'fence_low_m' and 'fence_high_m', or 'grid_file'" in process.text

@@ -7,10 +7,12 @@ import math
 import pytest
 
 from advise_ros.core import guard
+from advise_ros.core.fence import box, fence_around
 from advise_ros.core.grid import Grid
-from advise_ros.core.guard import Command, Fence, Limits, Position, check
+from advise_ros.core.guard import Command, Limits, Position, check
+from advise_ros.core.stamp_watch import StampWatch
 
-LIMITS = Limits(max_speed_m_s=3.0, max_climb_m_s=1.5, fence=Fence((-2.0, -2.0, 2.0), (12.0, 12.0, 8.0)))
+LIMITS = Limits(max_speed_m_s=3.0, max_climb_m_s=1.5, fence=box((-2.0, -2.0, 2.0), (12.0, 12.0, 8.0)))
 HERE = Position((5.0, 5.0, 5.0), 'map', 0.01)
 
 
@@ -74,22 +76,41 @@ def test_outside_only_inward() -> None:
     assert check(asked(1.0, 1.0), outside, LIMITS).velocity_enu_m_s == (0.0, 0.0, 0.0)
     back = check(asked(-1.0, 1.0), outside, LIMITS)
     assert back.velocity_enu_m_s == (-1.0, 0.0, 0.0)
-    assert back.reason == 'outside the fence (east): only motion back inward is flown'
+    assert back.reason == 'outside the fence (1.0 m in plan): only motion back inward is flown'
 
 
 def test_the_fence_stands_around_the_grid() -> None:
     grid = Grid(2.0, 6, 4, (-1.0, -3.0), 5.0, (0, 5))
-    assert guard.fence_around(grid, 1.0, 3.0) == ((-2.0, -4.0, 2.0), (12.0, 6.0, 8.0))
+    assert fence_around(grid, 1.0, 3.0) == box((-2.0, -4.0, 2.0), (12.0, 6.0, 8.0))
 
 
 @pytest.mark.parametrize(('stamp_s', 'newest_s', 'words'), [
-    (0.0, 50.0, ''), (100.0, 100.4, ''), (103.0, 0.0, ''),
+    (0.0, 99.0, ''), (100.0, 100.4, ''), (103.0, 0.0, ''),
     (110.0, 0.0, 'its stamp is 10.0 s in the future; is use_sim_time the same everywhere?'),
     (90.0, 100.0, 'its stamp is 10.0 s before that of another command; let one node fly at a time'),
 ])
 def test_stamps_from_the_future_or_the_past(stamp_s: float, newest_s: float, words: str) -> None:
-    assert guard.stamp_doubt(int(stamp_s * 1e9), int(newest_s * 1e9), 100 * 10**9) == words
+    watch = StampWatch('command', 0.5)
+    if newest_s:
+        assert watch.doubt(int(newest_s * 1e9), 100 * 10**9, 1.0) == ''
+    assert watch.doubt(int(stamp_s * 1e9), 100 * 10**9, 1.1) == words
 
 
 def test_a_clock_that_has_not_begun_refuses_nothing() -> None:
-    assert guard.stamp_doubt(10**18, 0, 0) == ''
+    assert StampWatch('command', 0.5).doubt(10**18, 0, 0.0) == ''
+
+
+@pytest.mark.parametrize('set_by_s', [60.0, -60.0])
+def test_a_clock_that_is_set_in_flight_makes_no_doubt(set_by_s: float) -> None:
+    """Stamps by the old clock go on for a while, as poses do until their stamper has noticed."""
+    watch = StampWatch('command', 0.5)
+    for tick in range(400):
+        now_s = tick * 0.05
+        ours = 1000.0 + now_s + (set_by_s if tick >= 100 else 0.0)
+        stamped = ours - (set_by_s if 100 <= tick < 110 else 0.0)
+        assert watch.doubt(int(stamped * 1e9), int(ours * 1e9), now_s) == ''
+
+
+def test_a_command_of_an_hour_ago_is_refused() -> None:
+    watch = StampWatch('command', 0.5)
+    assert watch.doubt(400 * 10**9, 4000 * 10**9, 0.0).startswith('its stamp is 3600.0 s in the past; is use_sim_time')

@@ -68,6 +68,7 @@ def nodes(launch_file: ModuleType, **given: str) -> dict[str, Recorded]:
         ('ardupilot', {'mavlink_bridge'}),
         ('px4', {'mavlink_bridge'}),
         ('mavros', {'guard'}),
+        ('ardupilot_dds', {'guard'}),
     ],
 )
 def test_each_backend_has_its_nodes(launch_file: ModuleType, backend: str, carriers: set[str]) -> None:
@@ -92,13 +93,20 @@ def test_rviz_shows_the_shipped_view(launch_file: ModuleType) -> None:
     assert nodes(launch_file, rviz='true')['rviz2'].arguments == ['-d', '/share/advise_ros/config/advise.rviz']
 
 
-def test_mavros_gets_commands_from_the_guard_alone(launch_file: ModuleType) -> None:
-    found = nodes(launch_file, backend='mavros')
+@pytest.mark.parametrize(('backend', 'pose', 'command', 'frame'), [
+    ('mavros', 'mavros/local_position/pose', 'mavros/setpoint_velocity/cmd_vel', None),
+    ('ardupilot_dds', 'ap/pose/filtered', 'ap/cmd_vel', 'base_link'),
+])
+def test_others_get_commands_from_the_guard_alone(
+    launch_file: ModuleType, backend: str, pose: str, command: str, frame: str | None,
+) -> None:
+    found = nodes(launch_file, backend=backend)
     targets = {name: dict(node.remappings) for name, node in found.items()}
-    commanding = [name for name, remaps in targets.items() if 'mavros/setpoint_velocity/cmd_vel' in remaps.values()]
-    assert commanding == ['guard']
-    for name in ('guard', 'recorder', 'policy'):
-        assert targets[name]['pose'] == 'mavros/local_position/pose'
+    assert [name for name, remaps in targets.items() if command in remaps.values()] == ['guard']
+    assert targets['guard']['pose'] == pose
+    assert found['guard'].parameters[1].get('pose_frame') == frame
+    for name in ('recorder', 'policy'):
+        assert targets[name]['pose'] == 'guard/pose'
     assert all(not new.startswith('/') for remaps in targets.values() for new in remaps.values())
 
 

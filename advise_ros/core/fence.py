@@ -1,0 +1,181 @@
+"""A fence: a simple polygon in plan and a band of altitude, and how fast one may move inside it.
+
+Each edge is kept off by the half-plane through its nearest point: the edge is convex, so it lies wholly
+behind that line. A vehicle whose motion toward each line fits the distance to it therefore crosses no edge,
+whatever the polygon's shape.
+"""
+
+from __future__ import annotations
+
+import math
+from itertools import combinations
+from typing import NamedTuple
+
+from advise_ros.core.errors import InputError
+from advise_ros.core.grid import Grid
+
+Point = tuple[float, float]
+Vector = tuple[float, float, float]
+Edge = tuple[Point, Point]
+
+TOUCHING_M = 1e-9
+# Slowing down for one edge may turn the velocity toward another; after these rounds it is shortened as a whole.
+ROUNDS = 4
+FORM = "corners in metres east and north, e.g. '-1,-1 11,-1 11,11 -1,11'"
+
+
+class Fence(NamedTuple):
+    """Corners counter-clockwise in the map frame (ENU), metres, and altitudes; the border belongs to it."""
+
+    corners_enu_m: tuple[Point, ...]
+    low_m: float
+    high_m: float
+
+    @property
+    def edges(self) -> tuple[Edge, ...]:
+        return tuple(zip(self.corners_enu_m, (*self.corners_enu_m[1:], self.corners_enu_m[0]), strict=True))
+
+
+class Braking(NamedTuple):
+    """Deceleration that the vehicle can be trusted to have, and the time until it begins."""
+
+    braking_m_s2: float
+    reaction_s: float
+
+
+def box(low_enu_m: Vector, high_enu_m: Vector) -> Fence:
+    """The fence of a box."""
+    (west, south, low), (east, north, high) = low_enu_m, high_enu_m
+    return Fence(((west, south), (east, south), (east, north), (west, north)), low, high)
+
+
+def fence_around(grid: Grid, margin_m: float, altitude_band_m: float) -> Fence:
+    """The grid's rectangle grown by a margin, and a band around its altitude."""
+    west, south = grid.origin_enu_m
+    east, north = west + grid.width * grid.resolution_m, south + grid.height * grid.resolution_m
+    return box(
+        (west - margin_m, south - margin_m, grid.altitude_m - altitude_band_m),
+        (east + margin_m, north + margin_m, grid.altitude_m + altitude_band_m),
+    )
+
+
+def corners_from_text(text: str) -> tuple[Point, ...]:
+    """The corners of a parameter, counter-clockwise.
+
+    Raises:
+        InputError: fewer than three corners, no numbers, no area, or edges that cross.
+    """
+    try:
+        found = tuple((float(east), float(north)) for east, north in (corner.split(',') for corner in text.split()))
+    except ValueError:
+        found = ()
+    if len(found) < 3 or not all(math.isfinite(value) for corner in found for value in corner):
+        raise InputError(f"fence_polygon is '{text}'; it must be at least three {FORM}")
+    area = _area(found)
+    if abs(area) < TOUCHING_M or _crosses_itself(found):
+        raise InputError(f"fence_polygon '{text}' has no area or crosses itself; name its {FORM}, in order around it")
+    return found if area > 0 else found[::-1]
+
+
+def _area(corners: tuple[Point, ...]) -> float:
+    pairs = zip(corners, (*corners[1:], corners[0]), strict=True)
+    return sum(x0 * y1 - x1 * y0 for (x0, y0), (x1, y1) in pairs) / 2.0
+
+
+def _crosses_itself(corners: tuple[Point, ...]) -> bool:
+    edges = Fence(corners, 0.0, 0.0).edges
+    apart = ((i, j) for i, j in combinations(range(len(edges)), 2) if j - i not in (1, len(edges) - 1))
+    return any(_crosses(edges[i], edges[j]) for i, j in apart)
+
+
+def _crosses(one: Edge, other: Edge) -> bool:
+    return _side(one, other[0]) * _side(one, other[1]) <= 0.0 and _side(other, one[0]) * _side(other, one[1]) <= 0.0
+
+
+def _side(edge: Edge, point: Point) -> float:
+    (x0, y0), (x1, y1) = edge
+    return (x1 - x0) * (point[1] - y0) - (y1 - y0) * (point[0] - x0)
+
+
+def nearest(edge: Edge, point: Point) -> Point:
+    """The point of an edge that is nearest to a point."""
+    (x0, y0), (x1, y1) = edge
+    dx, dy = x1 - x0, y1 - y0
+    along = ((point[0] - x0) * dx + (point[1] - y0) * dy) / (dx * dx + dy * dy)
+    share = min(1.0, max(0.0, along))
+    return x0 + share * dx, y0 + share * dy
+
+
+def outside_m(fence: Fence, point: Point) -> float:
+    """How far a point lies outside in plan, metres; 0 inside and on the border."""
+    distance = min(math.dist(nearest(edge, point), point) for edge in fence.edges)
+    return 0.0 if distance <= TOUCHING_M or _encloses(fence, point) else distance
+
+
+def _encloses(fence: Fence, point: Point) -> bool:
+    """By the number of edges that a ray to the east crosses."""
+    inside = False
+    for (x0, y0), (x1, y1) in fence.edges:
+        if (y0 > point[1]) != (y1 > point[1]) and point[0] < x0 + (point[1] - y0) / (y1 - y0) * (x1 - x0):
+            inside = not inside
+    return inside
+
+
+def stopping_speed_m_s(distance_m: float, braking_m_s2: float, reaction_s: float) -> float:
+    """Highest speed v from which v * reaction + v^2 / (2 braking) fits into a distance."""
+    if distance_m <= 0.0:
+        return 0.0
+    # The root in the form that loses no digits for short distances.
+    return 2.0 * distance_m / (reaction_s + math.sqrt(reaction_s**2 + 2.0 * distance_m / braking_m_s2))
+
+
+def keep_in(velocity: Point, at: Point, fence: Fence, braking: Braking) -> Point:
+    """The velocity in plan, slowed toward each edge so that the vehicle can stop before it. `at` is inside."""
+    lines = [(_outward(edge, at), math.dist(nearest(edge, at), at)) for edge in fence.edges]
+    for _ in range(ROUNDS):
+        before = velocity
+        for outward, distance in lines:
+            toward, limit = _toward(velocity, outward, distance, braking)
+            if toward > limit:
+                cut = toward - limit
+                velocity = velocity[0] - cut * outward[0], velocity[1] - cut * outward[1]
+        if velocity == before:
+            return velocity
+    return _shortened(velocity, lines, braking)
+
+
+def _shortened(velocity: Point, lines: list[tuple[Point, float]], braking: Braking) -> Point:
+    share = 1.0
+    for outward, distance in lines:
+        toward, limit = _toward(velocity, outward, distance, braking)
+        if toward > limit:
+            share = min(share, limit / toward)
+    return velocity[0] * share, velocity[1] * share
+
+
+def _toward(velocity: Point, outward: Point, distance_m: float, braking: Braking) -> tuple[float, float]:
+    """Speed toward a line, and its limit. Braking acts against the whole velocity: what runs along delays it."""
+    toward = velocity[0] * outward[0] + velocity[1] * outward[1]
+    along = abs(velocity[0] * outward[1] - velocity[1] * outward[0])
+    delay_s = braking.reaction_s + along / (2.0 * braking.braking_m_s2)
+    return toward, stopping_speed_m_s(distance_m, braking.braking_m_s2, delay_s)
+
+
+def _outward(edge: Edge, at: Point) -> Point:
+    """Direction from a point inside to an edge; on the edge, its outer normal."""
+    near = nearest(edge, at)
+    distance = math.dist(near, at)
+    if distance > TOUCHING_M:
+        return (near[0] - at[0]) / distance, (near[1] - at[1]) / distance
+    (x0, y0), (x1, y1) = edge
+    length = math.dist(*edge)
+    return (y1 - y0) / length, (x0 - x1) / length
+
+
+def back_in(velocity: Point, at: Point, fence: Fence) -> Point:
+    """The part of a velocity that leads straight back to the fence. `at` is outside."""
+    near = min((nearest(edge, at) for edge in fence.edges), key=lambda point: math.dist(point, at))
+    distance = math.dist(near, at)
+    inward = (near[0] - at[0]) / distance, (near[1] - at[1]) / distance
+    share = max(0.0, velocity[0] * inward[0] + velocity[1] * inward[1])
+    return share * inward[0], share * inward[1]

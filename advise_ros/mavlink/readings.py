@@ -1,0 +1,57 @@
+"""An autopilot's parameters, asked for by name; nothing is ever set.
+
+https://mavlink.io/en/services/parameter.html
+"""
+
+from __future__ import annotations
+
+import struct
+
+from advise_ros.mavlink import messages as mav
+from advise_ros.mavlink.messages import Message, dialect
+
+ASK_S, TRIES = 0.5, 6
+INTEGERS = {
+    int(dialect.MAV_PARAM_TYPE_INT8), int(dialect.MAV_PARAM_TYPE_UINT8), int(dialect.MAV_PARAM_TYPE_INT16),
+    int(dialect.MAV_PARAM_TYPE_UINT16), int(dialect.MAV_PARAM_TYPE_INT32), int(dialect.MAV_PARAM_TYPE_UINT32),
+}
+
+
+class Readings:
+    """Asks for parameters until they came or were asked for TRIES times.
+
+    Args:
+        names: what to ask for.
+        bytewise: whole numbers travel as the bytes of the float that carries them (PX4).
+
+    Attributes:
+        values: name -> value, as far as it came.
+    """
+
+    def __init__(self, names: tuple[str, ...], *, bytewise: bool) -> None:
+        self._names, self._bytewise = names, bytewise
+        self._asked: tuple[float, int] = (0.0, 0)
+        self.values: dict[str, float] = {}
+
+    @property
+    def done(self) -> bool:
+        """All came, or there is no more hope."""
+        return set(self._names) <= set(self.values) or self._asked[1] > TRIES
+
+    def step(self, target: tuple[int, int], now_s: float) -> list[Message]:
+        """What to send now."""
+        asked_s, times = self._asked
+        if self.done or (times and now_s - asked_s < ASK_S):
+            return []
+        self._asked = now_s, times + 1
+        missing = [name for name in self._names if name not in self.values]
+        return [dialect.MAVLink_param_request_read_message(*target, name.encode(), -1) for name in missing]
+
+    def observe(self, message: Message) -> None:
+        """Take in a message of the autopilot."""
+        if message.get_msgId() != mav.PARAM_VALUE or message.param_id not in self._names:
+            return
+        value = float(message.param_value)
+        if self._bytewise and message.param_type in INTEGERS:
+            value = float(struct.unpack('<i', struct.pack('<f', message.param_value))[0])
+        self.values[message.param_id] = value

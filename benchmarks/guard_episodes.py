@@ -1,0 +1,42 @@
+"""How far the guard lets a vehicle pass the fence, over many episodes of a pilot who means to leave.
+
+    ./advise python benchmarks/guard_episodes.py --episodes 10000
+
+Each episode: one of four fences (two not convex), a vehicle with a braking of 2 to 5 m/s2 and a delay of up to
+0.2 s, gusts that carry it up to 0.25 m off its track, poses at 5 to 20 Hz and up to 0.1 s late, losses of poses
+and commands of up to 3 s. The bound is twice the reach of the gusts. Exit code 1 when it is passed.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).parents[1] / 'test'))
+
+from support.guarded_flight import BOUND_M, episode
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument('--episodes', type=int, default=10_000)
+    parser.add_argument('--seconds', type=float, default=20.0, help='simulated, each')
+    parser.add_argument('--seed', type=int, default=0)
+    options = parser.parse_args()
+    worst = np.array([episode(options.seed, number).fly(options.seconds) for number in range(options.episodes)])
+    beyond = int((worst > BOUND_M).sum())
+    # Exact for none; for some, the normal approximation's upper end.
+    share = beyond / len(worst)
+    upper = 1 - 0.05 ** (1 / len(worst)) if beyond == 0 else share + 1.96 * (share * (1 - share) / len(worst)) ** 0.5
+    print(f'{len(worst)} episodes of {options.seconds:g} s, seed {options.seed}; outside the fence, metres:')
+    print(f'  median {np.median(worst):.3f}, 95 % {np.quantile(worst, 0.95):.3f}, 99.9 % {np.quantile(worst, 0.999):.3f}, '
+          f'worst {worst.max():.3f}; bound {BOUND_M:.2f}')
+    print(f'  beyond the bound: {beyond} (share below {upper:.2e} with 95 % confidence)')
+    sys.exit(1 if beyond else 0)
+
+
+if __name__ == '__main__':
+    main()

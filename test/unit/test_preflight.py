@@ -1,0 +1,74 @@
+"""fly_check: what is right and what is not, by parameters, by state, and against both simulated dialects."""
+
+from __future__ import annotations
+
+import pytest
+
+from advise_ros.mavlink import messages as mav
+from advise_ros.mavlink.companion import Status
+from advise_ros.mavlink.preflight import PARAMETERS, Level, Room, parameter_findings, state_findings
+from advise_ros.mavlink.readings import Readings
+from advise_ros.sim.arducopter import ArduCopter
+from advise_ros.sim.px4 import Px4
+from support.sim_companion import Companion
+
+STATUS = Status(
+    'px4', 'LOITER', connected=True, ready=True, armed=False, in_air=False, commandable=False, waiting_for='', text='',
+)
+
+
+def levels(autopilot: str, values: dict[str, float], room: Room | None = None) -> dict[str, Level]:
+    found = parameter_findings(autopilot, values, room)
+    return {finding.what.split()[0]: finding.level for finding in found}
+
+
+@pytest.mark.parametrize(('autopilot', 'name', 'value', 'level'), [
+    ('ardupilot', 'GUID_TIMEOUT', 1.0, Level.RIGHT), ('ardupilot', 'GUID_TIMEOUT', 3.0, Level.ADVICE),
+    ('ardupilot', 'GUID_TIMEOUT', 10.0, Level.WRONG), ('ardupilot', 'FS_GCS_ENABLE', 0.0, Level.ADVICE),
+    ('ardupilot', 'FS_GCS_ENABLE', 1.0, Level.RIGHT), ('ardupilot', 'FENCE_ENABLE', 0.0, Level.WRONG),
+    ('ardupilot', 'FENCE_ENABLE', 1.0, Level.RIGHT), ('ardupilot', 'FENCE_ACTION', 0.0, Level.WRONG),
+    ('ardupilot', 'ARMING_CHECK', 0.0, Level.WRONG), ('px4', 'COM_OF_LOSS_T', 1.0, Level.RIGHT),
+    ('px4', 'COM_OF_LOSS_T', 5.0, Level.WRONG), ('px4', 'COM_OBL_RC_ACT', 0.0, Level.WRONG),
+    ('px4', 'COM_OBL_RC_ACT', 5.0, Level.RIGHT), ('px4', 'COM_RCL_EXCEPT', 0.0, Level.ADVICE),
+    ('px4', 'COM_RCL_EXCEPT', 6.0, Level.RIGHT), ('px4', 'NAV_DLL_ACT', 2.0, Level.ADVICE),
+    ('px4', 'GF_ACTION', 1.0, Level.WRONG), ('px4', 'GF_MAX_HOR_DIST', 0.0, Level.WRONG),
+])
+def test_each_parameter_is_judged_and_what_is_wrong_has_a_remedy(autopilot: str, name: str, value: float, level: Level) -> None:
+    (finding,) = [f for f in parameter_findings(autopilot, {name: value}, None) if f.what.startswith(f'{name} = {value:g}:')]
+    assert finding.level is level
+    assert bool(finding.remedy) == (level is not Level.RIGHT)
+
+
+def test_a_fence_must_leave_room_for_the_route() -> None:
+    room = Room(reach_m=40.0, high_m=12.0)
+    assert levels('ardupilot', {'FENCE_RADIUS': 30.0, 'FENCE_ALT_MAX': 100.0}, room)['FENCE_RADIUS'] is Level.WRONG
+    assert levels('px4', {'GF_MAX_HOR_DIST': 50.0, 'GF_MAX_VER_DIST': 10.0}, room) == {
+        **dict.fromkeys(('COM_OF_LOSS_T', 'COM_OBL_RC_ACT', 'COM_RCL_EXCEPT', 'NAV_DLL_ACT', 'GF_ACTION'), Level.UNKNOWN),
+        'GF_MAX_HOR_DIST': Level.RIGHT, 'GF_MAX_VER_DIST': Level.WRONG,
+    }
+
+
+def test_the_state_is_told_with_the_autopilots_words() -> None:
+    assert [f.level for f in state_findings(STATUS, [])] == [Level.RIGHT, Level.RIGHT]
+    assert state_findings(STATUS._replace(armed=True), [])[1].what == 'it is armed'
+    waiting = state_findings(STATUS._replace(ready=False, waiting_for='EKF position'), ['PreArm: Compass'])
+    assert waiting[1].what == 'it is not ready to arm; it waits for: EKF position'
+    assert waiting[2].what == 'it says: PreArm: Compass'
+
+
+@pytest.mark.parametrize(('dialect', 'autopilot'), [(ArduCopter, 'ardupilot'), (Px4, 'px4')])
+def test_parameters_are_read_from_both_dialects_and_asked_for_again(dialect: type, autopilot: str) -> None:
+    companion = Companion(dialect=dialect)
+    readings = Readings((*PARAMETERS[autopilot], 'NO_SUCH_NAME'), bytewise=autopilot == 'px4')
+    lost = True
+    for turn in range(40):
+        for message in readings.step((1, 1), turn * 0.2):
+            for reply in companion.say(message):
+                reply.pack(mav.dialect.MAVLink(None, 1, 1))
+                if not lost:
+                    readings.observe(mav.dialect.MAVLink(None).decode(bytearray(reply.get_msgbuf())))
+        lost = turn < 3
+    assert readings.done
+    assert set(readings.values) == set(PARAMETERS[autopilot])
+    wanted = {'ardupilot': ('GUID_TIMEOUT', 3.0), 'px4': ('GF_ACTION', 2.0)}[autopilot]
+    assert readings.values[wanted[0]] == wanted[1]
