@@ -175,7 +175,10 @@ class AdviseConfig:
         0.0, 'ask no more when the best question is worth less than this much disagreement a visit [nat^2]; 0: never', low=0.0, high=100.0,
     )
     slip: float = param(0.0, 'probability that a move goes elsewhere in the transition model', low=0.0, high=0.9)
-    solver: str = param('highs', 'solver of the program; cvxpy is the readable reference', choices=('highs', 'cvxpy'))
+    solver: str = param(
+        'auto', 'solver of the program: by size (auto), or one; cvxpy is the readable reference',
+        choices=('auto', 'highs', 'piqp', 'qoco', 'clarabel', 'interior', 'cvxpy'),
+    )
     seed: int = param(0, SEED_DOC, low=0, high=2**31 - 1)
 
 

@@ -15,13 +15,22 @@ def advice_in(log: tuple[AdviceRecord, ...]) -> tuple[AdviceRecord, ...]:
 
 def preferences(records: Iterable[AdviceRecord]) -> dict[int, Preference]:
     """What the records say about each state that they cover, in any order of the records."""
-    preferred: dict[int, set[int]] = {}
-    pairs: dict[int, set[tuple[int, int]]] = {}
-    for record in records:
+    said = tuple(records)
+    covering: dict[int, list[int]] = {}
+    for number, record in enumerate(said):
         for state in record.states:
-            preferred.setdefault(state, set()).update(record.preferred)
-            pairs.setdefault(state, set()).update((a, b) for a in record.preferred for b in record.avoided)
-    return {s: Preference(tuple(sorted(preferred[s])), tuple(sorted(pairs[s]))) for s in sorted(preferred)}
+            covering.setdefault(state, []).append(number)
+    together: dict[tuple[int, ...], Preference] = {}  # Many states, few different sets of records.
+    for numbers in map(tuple, covering.values()):
+        if numbers not in together:
+            together[numbers] = _together([said[number] for number in numbers])
+    return {state: together[tuple(covering[state])] for state in sorted(covering)}
+
+
+def _together(records: list[AdviceRecord]) -> Preference:
+    preferred = {action for record in records for action in record.preferred}
+    pairs = {(a, b) for record in records for a in record.preferred for b in record.avoided}
+    return Preference(tuple(sorted(preferred)), tuple(sorted(pairs)))
 
 
 def opposed(one: AdviceRecord, other: AdviceRecord) -> bool:

@@ -169,7 +169,8 @@ class System:
             (np.zeros(len(structure.indices)), structure.indices.astype(np.int32), structure.indptr.astype(np.int32)),
             shape=(n, n),
         )
-        self._qdldl, self._factor = _qdldl(), None
+        self._qdldl = _qdldl()
+        self._factor: Any = None
 
     def factor(self, theta: Floats, edges: Floats) -> None:
         """Take new weights: theta (n,) and those of the pairs of actions, (n_edges * n,).

@@ -41,13 +41,6 @@ class Reach(NamedTuple):
     z: float
 
 
-class Target(NamedTuple):
-    """The product x z that a step aims at, and the mean that it comes from."""
-
-    aim: float
-    mean: float
-
-
 def solve(problem: Problem, gap: float = EXACT) -> Solution:
     """An optimum in the relative interior of all optima, or as near as floating point leads.
 
@@ -93,10 +86,10 @@ def _step(blocks: Blocks, point: Point) -> Point | None:
     predicted = blocks.direction(weights, -point.z, weights.residual)
     reach = _reach(point, predicted)
     left = _mean(point.x + reach.x * predicted.x, point.z + reach.z * predicted.z)
-    target = Target((left / mean) ** 3 * mean, mean)
-    second = (target.aim - predicted.x * predicted.z) / point.x - point.z
+    aim = (left / mean) ** 3 * mean
+    second = (aim - predicted.x * predicted.z) / point.x - point.z
     direction = blocks.direction(weights, second, weights.residual)
-    direction, reach = _centred(blocks, weights, point, direction, target)
+    direction, reach = _centred(blocks, weights, point, direction, aim)
     if not np.isfinite(direction.v).all() or max(reach) < STUCK:
         return None
     go_x, go_z = min(1.0, STEP_SHARE * reach.x), min(1.0, STEP_SHARE * reach.z)
@@ -104,36 +97,51 @@ def _step(blocks: Blocks, point: Point) -> Point | None:
 
 
 def _centred(
-    blocks: Blocks, weights: Weights, point: Point, direction: Direction, target: Target,
+    blocks: Blocks, weights: Weights, point: Point, direction: Direction, aim: float,
 ) -> tuple[Direction, Reach]:
     """The direction, corrected as long as that lengthens the step."""
     reach = _reach(point, direction)
     for _ in range(CORRECTORS):
         if min(reach) > LONG:
             break
-        longer = Reach(min(1.0, reach.x + LONGER), min(1.0, reach.z + LONGER))
-        products = (point.x + longer.x * direction.x) * (point.z + longer.z * direction.z)
-        wanted = np.clip(products, target.aim / SPREAD, target.aim * SPREAD) - products
-        np.maximum(wanted, -target.aim * SPREAD, out=wanted)
-        corrector = blocks.direction(weights, wanted / point.x, np.zeros_like(point.v))
-        tried = [direction.plus(corrector, share) for share in SHARES_OF_CORRECTOR]
-        reaches = [_reach(point, one) for one in tried]
-        furthest = max(range(len(tried)), key=lambda k: reaches[k].x * reaches[k].z)
-        before, reach_after = reach, reaches[furthest]
-        if reach_after.x * reach_after.z <= before.x * before.z:
+        corrector = blocks.direction(weights, _aim(point, direction, reach, aim), np.zeros_like(point.v))
+        share, further = _best_share(point, direction, corrector)
+        if further.x * further.z <= reach.x * reach.z:
             break
-        direction, reach = tried[furthest], reach_after
+        before, direction, reach = reach, direction.plus(corrector, share), further
         if sum(reach) < sum(before) + WORTHWHILE:
             break
     return direction, reach
 
 
+def _aim(point: Point, direction: Direction, reach: Reach, aim: float) -> Floats:
+    """What the products x z then lack of `aim` after a longer step, divided by x."""
+    x = point.x + min(1.0, reach.x + LONGER) * direction.x
+    products = x * (point.z + min(1.0, reach.z + LONGER) * direction.z)
+    lacking: Floats = np.clip(products, aim / SPREAD, aim * SPREAD)
+    lacking -= products
+    np.maximum(lacking, -aim * SPREAD, out=lacking)
+    lacking /= point.x
+    return lacking
+
+
+def _best_share(point: Point, direction: Direction, corrector: Direction) -> tuple[float, Reach]:
+    """How much of the corrector leads furthest."""
+    x, z = direction.x / point.x, direction.z / point.z
+    more_x, more_z = corrector.x / point.x, corrector.z / point.z
+    reaches = [
+        (share, Reach(_until(x + share * more_x), _until(z + share * more_z))) for share in SHARES_OF_CORRECTOR
+    ]
+    return max(reaches, key=lambda one: one[1].x * one[1].z)
+
+
 def _reach(point: Point, direction: Direction) -> Reach:
-    return Reach(_furthest(point.x, direction.x), _furthest(point.z, direction.z))
+    return Reach(_until(direction.x / point.x), _until(direction.z / point.z))
 
 
-def _furthest(start: Floats, change: Floats) -> float:
-    least = float((change / start).min())
+def _until(relative: Floats) -> float:
+    """The step, at most 1, at which the first of the variables that change by so much of themselves is 0."""
+    least = float(relative.min())
     return min(1.0, -1.0 / least) if least < 0.0 else 1.0
 
 

@@ -30,7 +30,7 @@ class LearnSettings:
     confirm: bool = True
     enough: float = 0.0
     slip: float = 0.0
-    solver: str = 'highs'
+    solver: str = 'auto'
     seed: int = 0
 
     @property

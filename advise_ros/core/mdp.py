@@ -172,6 +172,8 @@ def _moves(there: Ints) -> sparse.csr_array:
 def plan(mdp: Mdp, reward: Floats, start: Floats | None = None, sweeps: int = 20) -> Plan:
     """Modified policy iteration (Puterman & Shin 1978): greedy improvement, then `sweeps` backups of that policy.
 
+    A policy that an improvement leaves as it was is most likely the optimal one, so it is evaluated by a solve.
+
     Args:
         mdp: the process.
         reward: (n,) reward of each state.
@@ -182,17 +184,28 @@ def plan(mdp: Mdp, reward: Floats, start: Floats | None = None, sweeps: int = 20
         The optimal value and Q, each within 1e-9 of the largest magnitude.
     """
     n = mdp.n_states
-    value = np.zeros(n) if start is None else start
+    value, policy, solved = np.zeros(n) if start is None else start, np.full(n, -1), False
     limit = 1e-9 * (1.0 - mdp.gamma) * max(1.0, float(np.abs(reward).max(initial=0.0)))
     while True:
-        q = reward[:, None] + mdp.gamma * (mdp.stacked @ value).reshape(mdp.n_actions, n).T
+        q = reward[:, None] + mdp.gamma * mdp.expected(value).T
         improved = q.max(axis=1)
         if np.abs(improved - value).max() <= limit:
             return Plan(improved, q)
-        chosen = mdp.outcomes(np.arange(n), q.argmax(axis=1))
-        value = improved
+        best = q.argmax(axis=1)
+        chosen = mdp.outcomes(np.arange(n), best)
+        if not solved and np.array_equal(best, policy):
+            value, solved = _evaluated(chosen, reward, mdp.gamma), True
+            continue
+        value, policy, solved = improved, best, False
         for _ in range(sweeps):
             value = reward + mdp.gamma * (chosen @ value)
+
+
+def _evaluated(chosen: sparse.csr_array, reward: Floats, gamma: float) -> Floats:
+    """(n,) value of a policy, from its transitions (n, n)."""
+    system = sparse.eye_array(len(reward), format='csr') - gamma * chosen
+    value: Floats = splu(system.tocsc()).solve(reward)
+    return value
 
 
 def greedy(q: Floats) -> Ints:

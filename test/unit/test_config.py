@@ -68,7 +68,7 @@ def test_whole_numbers_serve_for_floats_and_booleans_for_neither() -> None:
 
 
 def test_choices_are_told() -> None:
-    with pytest.raises(InputError, match=r"'solver' is 'simplex'; allowed: 'highs' \| 'cvxpy'"):
+    with pytest.raises(InputError, match=r"'solver' is 'simplex'; allowed: 'auto' \| 'highs' \| 'piqp'"):
         config.build(config.AdviseConfig, {'solver': 'simplex'})
 
 
