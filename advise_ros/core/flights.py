@@ -66,6 +66,12 @@ def name(number: int) -> str:
     return f'flight-{number:03}'
 
 
+def number_of(demonstration_id: str) -> int:
+    """The number in an id that `name` gave, 0 for other ids."""
+    number = demonstration_id.removeprefix('flight-')
+    return int(number) if number != demonstration_id and number.isdecimal() and number.isascii() else 0
+
+
 def why_not(demonstration: Demonstration, *, manual: bool) -> str:
     """Why a flight gives no demonstration, '' if it does; `manual`: a person said when it ends."""
     if not demonstration.states:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
+from dataclasses import replace
 from enum import Enum
 from typing import NamedTuple
 
@@ -11,7 +12,7 @@ import numpy as np
 
 from advise_ros.core.demonstration import Audit, Demonstration, EndReason
 from advise_ros.core.discretise import DiscretiseSettings, discretise
-from advise_ros.core.flights import flown_altitude_m, landed_altitude_m, name, why_not
+from advise_ros.core.flights import flown_altitude_m, landed_altitude_m, name, number_of, why_not
 from advise_ros.core.grid import Grid
 from advise_ros.core.samples import CommandSamples, PoseSamples, Recording, VehicleEvent
 from advise_ros.core.tracker import CellTracker
@@ -22,6 +23,10 @@ SETTLE_S = 0.2
 KEEP = 400
 # A pose this much older than the newest one means that the clock was set back.
 CLOCK_BACK_NS = 1_000_000_000
+BEGINNING_UNHEARD = (
+    'the climb to the route was not heard: the vehicle may have been on its way already, '
+    'and waypoints that it had reached are expected once more'
+)
 TAKEN_BACK = 'taken back: discarded after it was published'
 
 Vector = tuple[float, float, float]
@@ -55,9 +60,10 @@ class Recorder:
     By flights: a window opens when the vehicle reaches the grid's altitude after take-off and ends at the
     final waypoint, landing or disarming; a new one needs a new take-off. The vehicle's state tells when it is
     in the air, or its altitude where the state is not known. Otherwise, and beside it, `start` and `stop`.
-    Flights of a policy are left out.
+    Flights of a policy are left out. One whose climb was not heard, because the recorder was started in
+    mid-flight or its positions came late, is kept, with a note in its audit.
 
-    What `take` returns equals `discretise` of the samples given, within the demonstration's window.
+    What `take` returns equals `discretise` of the samples given, within the demonstration's window, but for that note.
 
     Raises:
         InputError: the hysteresis is not below half a cell.
@@ -76,7 +82,7 @@ class Recorder:
         self._pending: deque[VehicleEvent] = deque()
         self._seen_ns, self._silent_s = -1, 0.0
         self._knows_state = self._airborne = self._flown = self._policy_flies = False
-        self._manual = False
+        self._manual = self._was_low = self._unheard = False
         self._start_ns = self._end_ns = 0
         self._end_reason = EndReason.STOPPED
         self._closing_s: float | None = None
@@ -128,6 +134,10 @@ class Recorder:
             self._flown = self._flown or self._airborne
             if self.phase is Phase.OPEN and not self._manual:
                 self._close(EndReason.STOPPED, self._newest_ns)
+
+    def heard(self, demonstration_id: str) -> None:
+        """Somebody holds a demonstration with this id: numbers go on after it, as after those of a former run."""
+        self._count = max(self._count, number_of(demonstration_id))
 
     # -- what people ask -----------------------------------------------------------------------
     def start(self) -> Reply:
@@ -197,14 +207,16 @@ class Recorder:
         self._count += 1
         self.published.append(found.demonstration_id)
         ended = found.end_reason.name.lower().replace('_', ' ')
-        self._outputs.append(Output(found, f'{found.demonstration_id}: {len(found.states)} moves, ended by {ended}'))
+        remark = f'{found.demonstration_id}: {len(found.states)} moves, ended by {ended}'
+        self._outputs.append(Output(found, f'{remark}; {BEGINNING_UNHEARD}' if self._unheard else remark))
 
     def _discretised(self) -> Demonstration:
         recording = Recording(
             PoseSamples(*_arrays(self._poses)), CommandSamples(*_arrays(self._commands)), source=self._source,
         )
         window_ns = (self._start_ns, self._end_ns)
-        return discretise(self._grid, recording, window_ns, self._settings, self.next_id, self._end_reason)
+        found = discretise(self._grid, recording, window_ns, self._settings, self.next_id, self._end_reason)
+        return beginning_unheard(found) if self._unheard else found
 
     def _taken_back(self, demonstration_id: str) -> Demonstration:
         now_ns = self._newest_ns
@@ -233,6 +245,7 @@ class Recorder:
                 self._landed(stamp_ns, EndReason.LANDED)
                 self._airborne = False
             self._airborne = self._airborne or altitude_m >= landed_altitude_m(self._grid)
+        self._was_low = self._was_low or altitude_m < self._up_m
         if self._by_flights and self._airborne and not self._flown and altitude_m >= self._up_m:
             self._flown = True
             if self.phase is Phase.IDLE and not self._policy_flies:
@@ -246,6 +259,7 @@ class Recorder:
     def _open(self, start_ns: int, *, manual: bool) -> None:
         self.phase, self._manual = Phase.OPEN, manual
         self._start_ns = start_ns
+        self._unheard = not manual and not self._was_low
         self._tracker = self._new_tracker()
 
     def _follow(self, stamp_ns: int, position_enu_m: Vector) -> None:
@@ -277,6 +291,11 @@ class Recorder:
         self._newest_ns = self._newest_command_ns = 0
         self._pending.clear()
         self._idle()
+
+
+def beginning_unheard(found: Demonstration) -> Demonstration:
+    """The demonstration with a note that its climb was not heard."""
+    return replace(found, audit=replace(found.audit, notes=(BEGINNING_UNHEARD, *found.audit.notes)))
 
 
 def _arrays(rows: list[tuple[int, Vector]]) -> tuple[np.ndarray, np.ndarray]:

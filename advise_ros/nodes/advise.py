@@ -283,7 +283,9 @@ class AdviseNode(Node):
         query, learned = self._session.query, self._learned
         return Status(
             phase=phase, policy_version=learned.version if learned else 0,
-            demonstrations=len(self._session.standing), answers=len(active(self._session.log)),
+            demonstrations=len(self._session.standing),
+            demonstration_ids=sorted({found.demonstration_id for found in self._session.demonstrations}),
+            answers=len(active(self._session.log)),
             query_id=query.query_id if query else 0, budget_left=self._session.budget_left,
             solve_s=self._solve_s, objective=learned.objective if learned else 0.0,
             contradictions=list(learned.contradictions) if learned else [], message=text,

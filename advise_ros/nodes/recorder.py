@@ -41,7 +41,9 @@ class RecorderNode(Node):
     listens to a MAVLink link instead, with source tlog it reads a log and publishes all its flights.
     Publishes `demonstration` when a flight ends: at the final waypoint, at landing or disarming, or by
     recorder/stop. Without vehicle_status the altitude tells take-off and landing. Flights of the policy
-    are left out. A position that is not a number or in another frame is refused; the audit in each
+    are left out. A flight whose climb was not heard, because the recorder began in mid-flight, has a note in its
+    audit. Ids are counted on from those that the learner or another publisher has, so a recorder that is started
+    again repeats none. A position that is not a number or in another frame is refused; the audit in each
     demonstration tells what of its samples was not used.
 
     Services (std_srvs/Trigger): `recorder/start` and `recorder/stop` begin and end a demonstration by hand
@@ -65,6 +67,8 @@ class RecorderNode(Node):
         self._publisher = self.create_publisher(msg.Demonstration, 'demonstration', qos.DEMONSTRATIONS)
         self._diagnostics = Diagnostics(self)
         {'topics': self._open_topics, 'mavlink': self._open_mavlink, 'tlog': self._open_tlog}[self.config.source]()
+        self.create_subscription(msg.Demonstration, 'demonstration', self._on_demonstration, qos.DEMONSTRATIONS)
+        self.create_subscription(msg.LearnerStatus, 'advise/status', self._on_learner, qos.latched())
         for name, reply in (('start', self._start), ('stop', self._stop), ('discard', self._discard)):
             self.create_service(Trigger, f'recorder/{name}', reply)
         steady = Clock(clock_type=ClockType.STEADY_TIME)
@@ -137,6 +141,14 @@ class RecorderNode(Node):
 
     def _on_policy(self, message: msg.FlightStatus) -> None:
         self._recorder.policy(flies=message.phase in (message.TO_START, message.FLYING))
+
+    def _on_demonstration(self, message: msg.Demonstration) -> None:
+        self._recorder.heard(message.demonstration_id)
+
+    def _on_learner(self, message: msg.LearnerStatus) -> None:
+        """It remembers the demonstrations of a recorder that is no more."""
+        for demonstration_id in message.demonstration_ids:
+            self._recorder.heard(demonstration_id)
 
     # -- services ----------------------------------------------------------------------------
     def _start(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:

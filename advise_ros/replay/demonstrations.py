@@ -11,6 +11,7 @@ from advise_ros.core.discretise import discretise
 from advise_ros.core.errors import InputError
 from advise_ros.core.flights import Flight, split, why_not
 from advise_ros.core.grid import Grid
+from advise_ros.core.recorder import BEGINNING_UNHEARD, beginning_unheard
 from advise_ros.replay.session import Recorded, RecordedSession, at
 from advise_ros.replay.stage import Comparison, Stage
 from advise_ros.ros import convert
@@ -76,7 +77,7 @@ def _rebuilt(session: RecordedSession, config: RecorderConfig, value: Any) -> De
         flights = split(grid, session.recording, config.altitude_tolerance_m)
         whole = [flight for flight in flights if flight.window_ns[0] <= window_ns[1] and flight.window_ns[1] >= window_ns[0]]
         window_ns, end_reason = whole[0] if whole and end_reason != EndReason.STOPPED else (window_ns, end_reason)
-    return discretise(
+    found = discretise(
         grid,
         session.recording._replace(source=published.source),
         window_ns,
@@ -84,6 +85,8 @@ def _rebuilt(session: RecordedSession, config: RecorderConfig, value: Any) -> De
         published.demonstration_id,
         end_reason,
     )
+    # What the recorder did not hear, the bag may hold.
+    return beginning_unheard(found) if BEGINNING_UNHEARD in published.audit.notes else found
 
 
 def _windows(session: RecordedSession, config: RecorderConfig, flown: list[Recorded]) -> Stage:
@@ -98,11 +101,14 @@ def _windows(session: RecordedSession, config: RecorderConfig, flown: list[Recor
     cut = [_cut(session, config, grid, flight) for flight in flights]
     windows = {demonstration.window_ns[0]: demonstration for demonstration in cut}
     stopped = [one for one in flown if one.value.end_reason == EndReason.STOPPED]
+    unheard = [one for one in flown if BEGINNING_UNHEARD in one.value.audit.notes and one not in stopped]
     for one in flown:
-        if one not in stopped:
+        if one not in stopped and one not in unheard:
             stage.count(_window_difference(one, windows, flights))
     if stopped:
         stage.notes.append(f'{len(stopped)} windows were ended by recorder/stop: a call is an input, they are taken as they are')
+    if unheard:
+        stage.notes.append(f'{len(unheard)} windows begin in mid-flight, where the recorder began; they are taken as they are')
     without = sum(not why_not(demonstration, manual=False) for demonstration in windows.values()) - len(flown)
     if without > 0:
         flights_have = 'flight along the route has' if without == 1 else 'flights along the route have'

@@ -209,6 +209,20 @@ def test_a_learner_whose_only_demonstration_is_discarded_waits_for_another(graph
     assert learner.policy(3, 0).version == 2
 
 
+def test_a_recorder_that_is_started_again_repeats_no_id(graph: Graph, grid_file: str) -> None:
+    """Its own latched messages went with it; the learner remembers what it heard."""
+    learner = Learner(graph, grid_file, clusters=4)
+    first = graph.start('recorder', params={'grid_file': grid_file})
+    Vehicle(graph).fly(flight(GRID, round_trip()))
+    demonstration(graph, 'flight-001')
+    graph.wait_until(lambda: learner.statuses and learner.statuses[-1].demonstration_ids == ['flight-001'])
+    assert first.terminate() == 0
+    graph.start('recorder', params={'grid_file': grid_file})
+    Vehicle(graph).fly(flight(GRID, round_trip(), start_ns=3000 * NS))
+    assert demonstration(graph, 'flight-002').window_start.sec >= 3000
+    graph.wait_until(lambda: learner.statuses[-1].demonstration_ids == ['flight-001', 'flight-002'])
+
+
 def _stopped(graph: Graph) -> Trigger.Response | None:
     """Poses are best effort and beside the service: wait until enough of them have arrived."""
     reply = graph.call(Trigger, 'recorder/stop')

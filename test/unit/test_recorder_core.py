@@ -6,7 +6,7 @@ import pytest
 from advise_ros.core.demonstration import Demonstration, EndReason
 from advise_ros.core.discretise import DiscretiseSettings, discretise
 from advise_ros.core.flights import demonstrations_of
-from advise_ros.core.recorder import KEEP, SETTLE_S, Phase, Recorder
+from advise_ros.core.recorder import BEGINNING_UNHEARD, KEEP, SETTLE_S, Phase, Recorder
 from advise_ros.core.samples import Recording
 from support.flown import GRID, NS, START_NS, flight, joined, round_trip
 
@@ -142,3 +142,27 @@ def test_a_clock_set_back_starts_afresh() -> None:
     play(into, flight(GRID, round_trip()[:4], SECOND_NS, landing=False)._replace(events=()))
     (found,) = play(into, flight(GRID, round_trip(), START_NS)._replace(events=()))
     assert found.window_ns[0] == START_NS + 4 * NS and found.audit.late == 0
+
+
+@pytest.mark.parametrize('states_known', [True, False])
+def test_a_flight_whose_climb_was_not_heard_is_noted_and_the_next_is_not(states_known: bool) -> None:
+    begin_ns = START_NS + 10 * NS
+    late = BOTH._replace(
+        poses=type(BOTH.poses)(*(column[BOTH.poses.stamps_ns >= begin_ns] for column in BOTH.poses)),
+        events=BOTH.events if states_known else (),
+    )
+    noted, clean = play(recorder(), late)
+    assert noted.audit.notes[0] == BEGINNING_UNHEARD and BEGINNING_UNHEARD not in clean.audit.notes
+
+
+def test_a_state_that_is_heard_late_takes_nothing_from_a_flight() -> None:
+    """It is latched, one deep: who comes late hears of the air only, though the climb was heard."""
+    late = BOTH._replace(events=tuple(event for event in BOTH.events if event.stamp_ns >= START_NS + 5 * NS))
+    assert play(recorder(), late)[0].audit.notes == play(recorder(), BOTH)[0].audit.notes
+
+
+def test_numbers_go_on_after_those_that_others_hold() -> None:
+    into = recorder()
+    for held in ('flight-007', 'flight-003', 'grid-model-9', 'flight-x', 'flight-'):
+        into.heard(held)
+    assert [found.demonstration_id for found in play(into, BOTH)] == ['flight-008', 'flight-009']
