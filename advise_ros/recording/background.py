@@ -17,7 +17,7 @@ from advise_ros.recording.definitions import Definition
 from advise_ros.recording.writer import BagWriter
 
 # Part of the longest time unwritten after which the file is flushed: collecting and writing take the rest.
-FLUSH_AT = 0.8
+FLUSH_AT = 0.7
 # Messages that wait for a disk that does not keep up; more are dropped, and told.
 MAX_WAITING_BYTES = 256 * 2**20
 # A disk that answers later than this at the end is given up.
