@@ -124,7 +124,7 @@ class MavlinkBridge(Node):
 
     def _take(self, received: Received) -> None:
         vehicle = self._companion.vehicle
-        motion, battery = vehicle.motion, vehicle.battery
+        motion, battery, text = vehicle.motion, vehicle.battery, vehicle.text
         if not self._companion.observe(received.message, received.at_s, received.source):
             return
         self._link.answer_to(received.source)
@@ -134,6 +134,8 @@ class MavlinkBridge(Node):
             self._publish_pose(vehicle.motion, vehicle.attitude)
         if vehicle.battery is not battery and vehicle.battery is not None:
             self._publish_battery(vehicle.battery)
+        if vehicle.text != text:
+            self.get_logger().info(f'the autopilot says: {vehicle.text}')
 
     def _step(self, now_s: float) -> None:
         for message in self._companion.step(now_s, self._link.problem or self._link.doubt):

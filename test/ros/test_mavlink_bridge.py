@@ -218,3 +218,36 @@ def test_flies_the_simulator_over_tcp_at_ten_times_real_time(graph: Graph, free_
     wait_status(graph, lambda s: not s.armed, new=True, timeout_s=40.0)
     poses = graph.listen('pose', PoseStamped, qos.SENSOR_DEEP)
     assert all(p.header.stamp.nanosec % 25_000_000 == 0 for p in poses)  # The simulator's own ticks.
+
+
+def test_flies_a_simulated_px4_over_a_signed_link_and_is_stopped_and_taken(
+    graph: Graph, free_udp_port: int, tmp_path: Path,
+) -> None:
+    key = tmp_path / 'key'
+    key.write_text('5a' * 32)
+    key.chmod(0o600)
+    graph.start('simulator', params={
+        'endpoint': f'udpout:127.0.0.1:{free_udp_port}', 'autopilot': 'px4', 'ready_after_s': 2.0, 'signing_key_file': str(key),
+        'publish_clock': False,
+    })
+    start(graph, free_udp_port, signing_key_file=str(key), takeoff_altitude_m=2.0)
+    wait_status(graph, lambda s: s.ready and s.autopilot == 'px4')
+    reply = graph.call(Trigger, 'mavlink_bridge/takeoff')
+    assert reply.success, reply.message
+    wait_status(graph, lambda s: s.commandable, timeout_s=40.0)
+    commands = graph.publisher('cmd_vel', TwistStamped, qos.COMMAND)
+    poses = graph.listen('pose', PoseStamped, qos.SENSOR_DEEP)
+
+    def moved() -> Any:
+        commands.publish(velocity(1.0, 0.0))
+        return poses and poses[-1].pose.position.x > 1.0
+
+    graph.wait_until(moved, what='a flight of 1 m east')
+    assert graph.call(Trigger, 'mavlink_bridge/stop').success
+    commands.publish(velocity(1.0, 0.0))
+    said(graph, 'stopped until released: somebody asked for it')
+    assert graph.call(Trigger, 'mavlink_bridge/release').success
+    with UdpPeer(ScriptedCopter(), free_udp_port):  # A stranger with the same ids and no key.
+        wait_status(graph, lambda s: s.autopilot == 'px4' and s.commandable, new=True)
+        assert graph.call(Trigger, 'mavlink_bridge/land').success
+        wait_status(graph, lambda s: not s.armed, new=True, timeout_s=40.0)

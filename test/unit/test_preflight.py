@@ -2,16 +2,27 @@
 
 from __future__ import annotations
 
+import contextlib
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
 import pytest
 
+from advise_ros.commands import fly_check
+from advise_ros.config import SimulatorConfig
 from advise_ros.mavlink import messages as mav
 from advise_ros.mavlink.companion import Status
 from advise_ros.mavlink.preflight import PARAMETERS, Level, Room, parameter_findings, state_findings
 from advise_ros.mavlink.readings import Readings
 from advise_ros.sim.arducopter import ArduCopter
+from advise_ros.sim.link import Link as SimulatedLink
 from advise_ros.sim.px4 import Px4
+from support import reserve
 from support.sim_companion import Companion
 
+Capture = pytest.CaptureFixture[str]
 STATUS = Status(
     'px4', 'LOITER', connected=True, ready=True, armed=False, in_air=False, commandable=False, waiting_for='', text='',
 )
@@ -72,3 +83,60 @@ def test_parameters_are_read_from_both_dialects_and_asked_for_again(dialect: typ
     assert set(readings.values) == set(PARAMETERS[autopilot])
     wanted = {'ardupilot': ('GUID_TIMEOUT', 3.0), 'px4': ('GF_ACTION', 2.0)}[autopilot]
     assert readings.values[wanted[0]] == wanted[1]
+
+
+@contextlib.contextmanager
+def on_the_air(dialect: type, port: int, key: bytes | None = None) -> Iterator[None]:
+    """A simulated autopilot behind UDP in a thread, ten times faster than real."""
+    autopilot = dialect(SimulatorConfig(ready_after_s=2.0), np.random.default_rng(0))
+    link, end = SimulatedLink(f'udpout:127.0.0.1:{port}', 1, 1, key), threading.Event()
+
+    def run() -> None:
+        while not end.wait(0.0025):
+            link.send([reply for message in link.read() for reply in autopilot.receive(message)])
+            link.send(autopilot.step())
+
+    thread = threading.Thread(target=run, daemon=True)
+    thread.start()
+    try:
+        yield
+    finally:
+        end.set()
+        thread.join(5)
+        link.close()
+    assert not autopilot.vehicle.armed
+
+
+@pytest.mark.parametrize(('dialect', 'lines'), [
+    (ArduCopter, ('right   ardupilot multicopter is heard', 'right   it is ready to arm', 'WRONG   FENCE_ENABLE = 0')),
+    (Px4, ('right   px4 multicopter is heard', 'right   it is ready to arm', '-> set COM_OBL_RC_ACT to 5 (hold) or 4 (land)')),
+])
+def test_the_command_finds_what_is_wrong_and_arms_nothing(dialect: type, lines: tuple[str, ...], capsys: Capture) -> None:
+    port = reserve.free_udp_port()
+    with on_the_air(dialect, port):
+        assert fly_check.run([f'udpin:127.0.0.1:{port}', '--wait', '20']) == 1
+    said = capsys.readouterr().out
+    assert all(line in said for line in lines)
+
+
+def test_with_a_key_it_hears_only_who_has_it(tmp_path: Path, capsys: Capture) -> None:
+    key, port = bytes(range(32)), reserve.free_udp_port()
+    (tmp_path / 'key').write_text(key.hex())
+    (tmp_path / 'key').chmod(0o600)
+    command = [f'udpin:127.0.0.1:{port}', '--signing-key', str(tmp_path / 'key'), '--wait']
+    with on_the_air(Px4, port):
+        assert fly_check.run([*command, '1']) == 2
+        assert 'a frame is not signed, but a key is set' in capsys.readouterr().err
+    with on_the_air(Px4, port, key):
+        assert fly_check.run([*command, '20']) == 1
+        assert 'right   what it sends is signed with the key' in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(('given', 'words'), [
+    (['nonsense'], "url is 'nonsense'"), (['udpin:127.0.0.1:1', '--grid', '/no/grid.yaml'], '/no/grid.yaml'),
+])
+def test_wrong_usage_is_one_sentence(given: list[str], words: str, capsys: Capture) -> None:
+    assert fly_check.run(given) == 2
+    said = capsys.readouterr().err
+    assert words in said
+    assert said.count('\n') == 1
