@@ -29,6 +29,7 @@ examples:
   ./advise replay session1
   ./advise replay session1 --json verdict.json --junit verdict.xml
   ./advise replay session1 --against accepted.json
+  ./advise replay session1 --live
   ./advise replay session1 -p advise.clusters:=8 -p grid.resolution:=1.0
 
 Of a bag that is cut off or damaged, what is whole is replayed and the rest told.
@@ -63,7 +64,14 @@ def run(argv: Sequence[str]) -> int:
 
 
 def _report(options: argparse.Namespace) -> Report:
-    report = check(options.bag, options.namespace, options.grid, parse(options.override))
+    overrides = parse(options.override)
+    if options.live and overrides:
+        raise InputError('--live replays what was recorded; leave --override out')
+    report = check(options.bag, options.namespace, options.grid, overrides)
+    if options.live:
+        from advise_ros.replay.live_stages import live_stages  # noqa: PLC0415  a graph is seldom wanted
+
+        report = replace(report, stages=report.stages + live_stages(report.session, speed=options.speed, domain=options.domain))
     if not options.against:
         return report
     baseline = load_baseline(options.against, options.namespace)
@@ -96,6 +104,10 @@ def _parser() -> argparse.ArgumentParser:
         '-p', '--override', action='append', default=[], metavar='NODE.NAME:=VALUE',
         help='show what would have changed with another parameter of recorder, advise or policy, or another grid',
     )
+    live = parser.add_argument_group('through the real nodes')
+    live.add_argument('--live', action='store_true', help='have recorder, advise and policy live through the session again, too')
+    live.add_argument('--speed', type=float, default=20.0, metavar='N', help='recorded seconds a second (default 20)')
+    live.add_argument('--domain', type=int, metavar='ID', help='ROS domain of those nodes (default: a private one)')
     parser.add_argument('--namespace', metavar='NAME', help='of the session, where the bag holds several')
     return parser
 

@@ -36,7 +36,7 @@ class Flight(NamedTuple):
 def flight_stages(session: RecordedSession, comparison: Comparison) -> list[Stage]:
     """Fly each flight again by the poses that its commands name."""
     commands, statuses = Stage('commands'), Stage('flight statuses')
-    found, others = _flights(session)
+    found, others = flights_of(session)
     poses = _poses(session)
     config = session.config(PolicyConfig, 'policy') if found else PolicyConfig()
     for flight in found:
@@ -51,7 +51,7 @@ def flight_stages(session: RecordedSession, comparison: Comparison) -> list[Stag
     return [commands, statuses]
 
 
-def _flights(session: RecordedSession) -> tuple[list[Flight], int]:
+def flights_of(session: RecordedSession) -> tuple[list[Flight], int]:
     """The flights, and how many commands belong to none."""
     commands = session.on('cmd_vel')
     found = []

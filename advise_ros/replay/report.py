@@ -54,7 +54,10 @@ class Report:
             return 'decisions with other parameters are compared with those of the bag'
         if self.session.same_platform:
             return 'equal bytes were asked: the bag was made by the same package versions on the same kind of machine'
-        return 'equal decisions were asked, and floats within 1e-6: ' + _why_not(self.session.made_on)
+        why = _why_not(self.session.made_on)
+        if self.session.missing:
+            why += f'; its messages have no {", ".join(self.session.missing)}'
+        return 'equal decisions were asked, and floats within 1e-6: ' + why
 
     @property
     def verdict(self) -> str:

@@ -32,7 +32,21 @@ QUERY_TYPE = 'advise_msgs/msg/AdviceQuery'
 ADVICE_TYPE = 'advise_msgs/msg/Advice'
 FLIGHT_TYPE = 'advise_msgs/msg/FlightStatus'
 TYPES = (COMMAND_TYPE, DEMONSTRATION_TYPE, POLICY_TYPE, QUERY_TYPE, ADVICE_TYPE, FLIGHT_TYPE)
+# What replay cannot do without; other fields that a bag of another version lacks are not compared.
+NEEDED: Mapping[str, tuple[str, ...]] = {
+    DEMONSTRATION_TYPE: (
+        'demonstration_id', 'source', 'grid', 'states', 'actions', 'stamps', 'window_start', 'window_end', 'end_reason', 'audit',
+    ),
+    POLICY_TYPE: ('version', 'grid', 'demonstrations', 'log_length', 'greedy'),
+    QUERY_TYPE: ('query_id', 'states'),
+    ADVICE_TYPE: ('advice_id', 'query_id', 'states', 'preferred', 'avoided', 'verdict', 'expert_id', 'comment', 'retracted'),
+    FLIGHT_TYPE: ('phase', 'policy_version', 'state', 'next_waypoint', 'steps', 'step_budget', 'start_cell'),
+    'advise_msgs/msg/GridMap': ('info', 'altitude_m', 'waypoints', 'blocked'),
+    'advise_msgs/msg/DiscretisationAudit': ('samples', 'notes'),
+}
 DEMONSTRATION_TOPIC = 'demonstration'
+# Parameters that bags of earlier versions do not hold, with what was done before there were any.
+EARLIER: Mapping[str, Mapping[str, Any]] = {'AdviseConfig': {'clustering': 'k_means', 'confirm': False}}
 
 ConfigT = TypeVar('ConfigT')
 
@@ -45,8 +59,6 @@ class Recorded:
     value: Any
 
     @property
-# Parameters that bags of earlier versions do not hold, with what was done before there were any.
-EARLIER: Mapping[str, Mapping[str, Any]] = {'AdviseConfig': {'clustering': 'k_means', 'confirm': False}}
     def stamp_ns(self) -> int:
         """Of the header."""
         return int(self.value.header.stamp.sec) * NS + int(self.value.header.stamp.nanosec)
@@ -72,6 +84,7 @@ class RecordedSession:
         recording: poses, commands, vehicle events and the policy's flights as samples.
         same_platform: the bag was made by these package versions on this kind of machine.
         overrides: what is to be otherwise than it was.
+        missing: fields that the bag's messages, of another version, do not have.
     """
 
     bag: Bag
@@ -81,6 +94,7 @@ class RecordedSession:
     made_on: Mapping[str, str]
     same_platform: bool
     overrides: Overrides = field(default_factory=dict)
+    missing: tuple[str, ...] = ()
     _cache: dict[str, tuple[Recorded, ...]] = field(default_factory=dict, repr=False)
 
     def on(self, name: str) -> tuple[Recorded, ...]:
@@ -89,6 +103,11 @@ class RecordedSession:
             found = self.bag.on(f'{self.namespace}/{name}')
             self._cache[name] = tuple(Recorded(message, self.bag.decode(message)) for message in found)
         return self._cache[name]
+
+    @property
+    def same_cores(self) -> bool:
+        """It was made by these sources: a digest over all parameters can be compared."""
+        return self.made_on.get('core') == platform.describe()['core']
 
     @property
     def seconds(self) -> float:
@@ -140,14 +159,15 @@ def read_session(path: str | Path, namespace: str | None = None, overrides: Over
         LogError: no readable bag, no demonstrations in it, or several sessions and no namespace named.
     """
     bag = Bag(path, TYPES)
-    _check_definitions(bag)
+    missing = _missing_fields(bag)
     where = _namespace(bag, namespace)
     if not bag.on(f'{where}/{DEMONSTRATION_TOPIC}'):
         raise LogError(f'{path} holds no demonstrations; record a session with the logger from its beginning')
     parameters = _parameters(bag)
     recording = _samples(bag, where, parameters.get(f'{where}/recorder', {}))
     made_on = next((record.values for record in bag.records if record.name == PLATFORM_RECORD), {})
-    return RecordedSession(bag, where, recording, parameters, made_on, made_on == platform.describe(), overrides or {})
+    same = not missing and made_on == platform.describe()
+    return RecordedSession(bag, where, recording, parameters, made_on, same, overrides or {}, missing)
 
 
 def holds_session(path: str | Path) -> bool:
@@ -205,22 +225,24 @@ def _value(bag: Bag, node: str, name: str, text: str) -> Any:
         raise LogError(f'{bag.path}: parameter {name} of {node} is damaged ({text[:40]!r}); was the file edited?') from None
 
 
-def _check_definitions(bag: Bag) -> None:
-    """An older version's messages may lack what this one compares.
+def _missing_fields(bag: Bag) -> tuple[str, ...]:
+    """Fields that this version compares and the bag's messages, of another version, do not have.
 
     Raises:
-        LogError: they do.
+        LogError: replay cannot do without one of them.
     """
-    installed = Codec()
+    installed, missing = Codec(), []
     for type_name in sorted(set(bag.topics.values()) & set(TYPES)):
         installed.learn(type_name, 'ros2msg', definition(type_name).text)
     for type_name, (_, wanted) in installed.store.fielddefs.items():
         if not bag.codec.knows(type_name):
             continue
         held = {name for name, _ in bag.codec.store.fielddefs[type_name][1]}
-        missing = [name for name, _ in wanted if name not in held]
-        if missing:
-            raise LogError(
-                f'{bag.path} was made by another version: its {type_name} has no field {missing[0]!r}; '
-                'replay it with the version that made it'
-            )
+        for name in (name for name, _ in wanted if name not in held):
+            if name in NEEDED.get(type_name, ()):
+                raise LogError(
+                    f'{bag.path} was made by another version: its {type_name} has no field {name!r}; '
+                    'replay it with the version that made it'
+                )
+            missing.append(f'{type_name.rsplit("/", 1)[-1]}.{name}')
+    return tuple(missing)

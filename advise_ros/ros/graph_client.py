@@ -213,6 +213,11 @@ class GraphClient:
             handle = self._send(goal, timeout_s)
         return self._done('the end of the flight', handle.get_result_async, timeout_s).result
 
+    def begin_flight(self, goal: Fly.Goal, timeout_s: float) -> bool:
+        """Send a goal once; whether it was accepted."""
+        self.wait('the action policy/fly', lambda: self._fly.server_is_ready() or None, timeout_s)
+        return bool(self._send(goal, timeout_s).accepted)
+
     def _send(self, goal: Fly.Goal, timeout_s: float) -> Any:
         return self._done('the reply of policy/fly', lambda: self._fly.send_goal_async(goal), timeout_s)
 

@@ -289,14 +289,29 @@ def test_a_bag_of_a_version_with_other_parameters(bag: SessionBag, tmp_path: Pat
     assert "parameters of /advise: parameter 'gamma' is 7.0; allowed" in error_of(capsys, bag.write(tmp_path / 'bag'))
 
 
-def test_a_bag_of_a_version_with_other_messages(
-    bag: SessionBag, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    path = bag.write(tmp_path / 'bag')
+@pytest.fixture
+def newer_policy(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The installed message has a field more than the bag's."""
     known = session.definition('advise_msgs/msg/Policy')
     newer = known._replace(text='float64 luck\n' + known.text)
     monkeypatch.setattr(session, 'definition', lambda name: newer if name == known.type_name else definition(name))
-    assert "its advise_msgs/msg/Policy has no field 'luck'" in error_of(capsys, path)
+
+
+@pytest.mark.usefixtures('newer_policy')
+def test_of_a_bag_of_a_version_with_other_messages_what_it_has_is_compared(
+    bag: SessionBag, tmp_path: Path, capsys: pytest.CaptureFixture[str],
+) -> None:
+    code, stages, asked = verdict(bag, tmp_path)
+    assert (code, asked) == (0, 'decisions') and stages['policies']['checked'] == 3
+    assert 'its messages have no Policy.luck' in capsys.readouterr().out
+
+
+@pytest.mark.usefixtures('newer_policy')
+def test_what_replay_cannot_do_without_must_be_there(
+    bag: SessionBag, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(session, 'NEEDED', {'advise_msgs/msg/Policy': ('luck',)})
+    assert "its advise_msgs/msg/Policy has no field 'luck'" in error_of(capsys, bag.write(tmp_path / 'bag'))
 
 
 def test_no_demonstrations(bag: SessionBag, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -1,0 +1,292 @@
+"""Replay through the real nodes: recorder, learner and policy live through the recorded session again, by /clock."""
+
+from __future__ import annotations
+
+import os
+import random
+import subprocess
+import tempfile
+import time
+from collections import defaultdict
+from collections.abc import Mapping
+from dataclasses import fields
+from pathlib import Path
+from typing import Any
+
+import rclpy
+import yaml
+from ament_index_python.packages import get_package_prefix
+from geometry_msgs.msg import TwistStamped
+from rclpy.signals import SignalHandlerOptions
+from rosgraph_msgs.msg import Clock
+
+from advise_msgs import action, msg, srv
+from advise_ros.config import AdviseConfig, PolicyConfig, RecorderConfig
+from advise_ros.core.errors import AdviseError, InputError
+from advise_ros.core.grid import Grid
+from advise_ros.recording.gridfile import grid_to_mapping
+from advise_ros.recording.messages import Message
+from advise_ros.replay.score import Demonstrated, Fly, Learnt, Publish, Score, Step, Stop, Tell, score_of
+from advise_ros.replay.session import RecordedSession
+from advise_ros.ros import convert, qos
+from advise_ros.ros.graph_client import GraphClient, GraphTimeoutError
+from advise_ros.ros.subscriptions import message_class
+
+NODES: Mapping[str, type[Any]] = {'recorder': RecorderConfig, 'advise': AdviseConfig, 'policy': PolicyConfig}
+# What would reach back into the recorded session's own files.
+FILES = {'session_file': '', 'demonstrations_file': ''}
+PRIVATE_DOMAINS = range(40, 101)
+START_PATIENCE_S, LEARN_PATIENCE_S, PATIENCE_S, COMMAND_PATIENCE_S = 60.0, 300.0, 20.0, 5.0
+# The recorder reports once a second.
+REPORT_S, PROBE_S = 2.5, 0.1
+GOAL_TRIES = 10
+LAST_LINES = 5
+
+
+class Heard:
+    """Everything that the nodes published, in order."""
+
+    def __init__(self, client: GraphClient) -> None:
+        listen = client.node.create_subscription
+        self.demonstrations: list[Any] = []
+        self.policies: list[Any] = []
+        self.queries: list[Any] = []
+        self.statuses: list[Any] = []
+        self.commands: dict[int, Any] = {}
+        listen(msg.Demonstration, 'demonstration', self.demonstrations.append, qos.DEMONSTRATIONS)
+        listen(msg.Policy, 'advise/policy', self.policies.append, qos.latched(1000))
+        listen(msg.AdviceQuery, 'advise/query', self.queries.append, qos.latched(1000))
+        listen(msg.FlightStatus, 'policy/status', self.statuses.append, qos.latched(1000))
+        listen(TwistStamped, 'cmd_vel', self._command, qos.COMMAND_DEEP)
+
+    def _command(self, message: TwistStamped) -> None:
+        self.commands.setdefault(convert.stamp_to_ns(message.header.stamp), message)
+
+
+class Live:
+    """The three nodes in a ROS domain of their own, and what plays the recorded world to them. A context manager.
+
+    Nothing of it reaches a vehicle: another domain than the user's, this machine only.
+
+    Args:
+        speed: recorded seconds a second, at most; it waits for the nodes.
+        domain: ROS domain; None takes a private one.
+
+    Raises:
+        InputError: the session cannot be lived through again.
+        AdviseError: a node ended, or did not do in time what the bag tells that it did.
+    """
+
+    def __init__(self, session: RecordedSession, *, speed: float, domain: int | None = None) -> None:
+        self._session, self._speed = session, speed
+        self._domain = random.choice(PRIVATE_DOMAINS) if domain is None else domain  # noqa: S311
+        recorder = session.config(RecorderConfig, 'recorder')
+        if recorder.source != 'topics' or recorder.split != 'flights':
+            raise InputError(f'{session.bag.path}: only sessions recorded from topics, flight by flight, can be replayed live')
+        self.score: Score = score_of(session, recorder.pose_source)
+        self._pose_topic = f'{session.namespace}/{recorder.pose_source}'
+        self._nodes: dict[str, subprocess.Popen[bytes]] = {}
+        self._sent: defaultdict[str, int] = defaultdict(int)
+        self.late: list[str] = []
+        self._probes = 0
+
+    def __enter__(self) -> Live:
+        self._directory = tempfile.TemporaryDirectory(prefix='advise_live_')
+        os.environ.update(ROS_DOMAIN_ID=str(self._domain), ROS_AUTOMATIC_DISCOVERY_RANGE='LOCALHOST')
+        space = ['--ros-args', '-r', f'__ns:={self._session.namespace}'] if self._session.namespace else []
+        rclpy.init(args=space, domain_id=self._domain, signal_handler_options=SignalHandlerOptions.NO)
+        self._client = GraphClient('replay', self._check_nodes)
+        self.heard = Heard(self._client)
+        self._clock = self._client.node.create_publisher(Clock, '/clock', 100)
+        self._publishers = {
+            topic: self._client.node.create_publisher(message_class(kind), topic, _offer(topic))
+            for topic, kind in self.score.topics.items()
+        }
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        for process in self._nodes.values():
+            process.terminate()
+        for process in self._nodes.values():
+            try:
+                process.wait(PATIENCE_S)
+            except subprocess.TimeoutExpired:
+                process.kill()
+        self._client.close()
+        self._directory.cleanup()
+
+    # -- the nodes ---------------------------------------------------------------------------
+    def _start(self) -> None:
+        grid = convert.grid_from_msg(self._session.on('demonstration')[0].value.grid)
+        for name, config_class in NODES.items():
+            if f'{self._session.namespace}/{name}' in self._session.parameters:
+                self._start_node(name, config_class, grid)
+
+    def _start_node(self, name: str, config_class: type[Any], grid: Grid) -> None:
+        folder = Path(self._directory.name)
+        (folder / 'grid.yaml').write_text(yaml.safe_dump({'grid': grid_to_mapping(grid)}), encoding='utf-8')
+        config = self._session.config(config_class, name)
+        values = {spec.name: FILES.get(spec.name, getattr(config, spec.name)) for spec in fields(config)}
+        values |= {'grid_file': str(folder / 'grid.yaml'), 'use_sim_time': True}
+        file = folder / f'{name}.yaml'
+        file.write_text(yaml.safe_dump({'/**': {'ros__parameters': values}}), encoding='utf-8')
+        arguments = ['--ros-args', '--params-file', str(file), '-r', f'__ns:={self._session.namespace or "/"}']
+        executable = Path(get_package_prefix('advise_ros')) / 'lib' / 'advise_ros' / name
+        with (folder / f'{name}.log').open('wb') as log:
+            self._nodes[name] = subprocess.Popen(
+                [str(executable), *arguments], stdout=log, stderr=log, stdin=subprocess.DEVNULL, start_new_session=True,
+            )
+
+    def _check_nodes(self) -> None:
+        for name, process in self._nodes.items():
+            if process.poll() is not None:
+                lines = (Path(self._directory.name) / f'{name}.log').read_text(errors='replace').splitlines()[-LAST_LINES:]
+                raise AdviseError(f'{name} ended during the replay (exit code {process.returncode}): {" | ".join(lines)}')
+
+    # -- the performance ---------------------------------------------------------------------
+    def play(self) -> None:
+        """Go through the score; the clock stands until every node hears what is sent."""
+        self._start()
+        if not self.score.steps:
+            return
+        first_ns = self.score.steps[0][0]
+        self._tick(first_ns)
+        self._wait_for_matches()
+        begin_s, held_s = time.monotonic(), 0.0
+        for log_ns, step in self.score.steps:
+            ahead_s = (log_ns - first_ns) / 1e9 / self._speed - (time.monotonic() - begin_s - held_s)
+            if ahead_s > 0:
+                time.sleep(ahead_s)
+            self._tick(log_ns)
+            waited_from_s = time.monotonic()
+            self._do(step)
+            held_s += 0.0 if isinstance(step, Publish) else time.monotonic() - waited_from_s
+
+    def _tick(self, stamp_ns: int) -> None:
+        self._clock.publish(Clock(clock=convert.stamp_from_ns(stamp_ns)))
+
+    def _wait_for_matches(self) -> None:
+        """Until the nodes' readers are matched, and the recorder says that it heard a position."""
+        wait, listeners = self._client.wait, {'recorder', 'policy'} & self._nodes.keys()
+        pose = self._publishers.get(self._pose_topic)
+        if pose is not None and listeners:
+            heard_by = lambda: pose.get_subscription_count() > len(listeners) or None  # noqa: E731  and by the client
+            wait('the nodes to listen to positions', heard_by, START_PATIENCE_S)
+        for publisher in self._publishers.values():
+            wait('the nodes to listen', lambda p=publisher: p.get_subscription_count() or None, START_PATIENCE_S)
+        if 'advise' in self._nodes:
+            wait('the learner', lambda: self._client.learner, START_PATIENCE_S)
+        if 'recorder' in self._nodes and pose is not None:
+            wait('the recorder to hear positions', lambda: self._recorder_hears(pose) or None, START_PATIENCE_S)
+            time.sleep(REPORT_S)  # Its count of the probes is whole with its next report.
+            self._probes = self._recorder_count()
+
+    def _is_pose(self, step: Publish) -> bool:
+        return step.message.topic == self._pose_topic
+
+    def _recorder_hears(self, pose: Any) -> bool:
+        """Send positions that are nowhere: they are counted and refused."""
+        if not self._recorder_count():
+            probe = message_class(self.score.topics[self._pose_topic])()
+            probe.header.frame_id = 'nowhere'
+            pose.publish(probe)
+            time.sleep(PROBE_S)
+        return self._recorder_count() > 0
+
+    def _recorder_count(self) -> int:
+        health = self._client.health.get('recorder')
+        return next((int(pair.value) for pair in health.values if pair.key == 'poses'), 0) if health else 0
+
+    def _send(self, message: Message) -> None:
+        self._publishers[message.topic].publish(message.data)
+        self._sent[message.topic] += 1
+
+    # -- steps -------------------------------------------------------------------------------
+    def _do(self, step: Step) -> None:
+        if isinstance(step, Publish):
+            self._publish(step)
+        elif isinstance(step, Demonstrated):
+            self._await_demonstration(step)
+        elif isinstance(step, Stop):
+            self._stop()
+        elif isinstance(step, Tell):
+            self._tell(step)
+        elif isinstance(step, Learnt):
+            self._await_policy(step)
+        elif isinstance(step, Fly):
+            self._fly(step)
+        else:
+            self._client.trigger('policy/stop')
+
+    def _publish(self, step: Publish) -> None:
+        if step.message.topic not in self._publishers:
+            return
+        self._send(step.message)
+        if step.command_stamp_ns and self._is_pose(step):
+            deadline_s = time.monotonic() + COMMAND_PATIENCE_S
+            while step.command_stamp_ns not in self.heard.commands and time.monotonic() < deadline_s:
+                time.sleep(0.0005)
+
+    def _await_demonstration(self, step: Demonstrated) -> None:
+        wanted = step.recorded.value.demonstration_id
+        there = lambda: any(one.demonstration_id == wanted for one in self.heard.demonstrations)  # noqa: E731
+        self._in_time(f'demonstration {wanted}', there, PATIENCE_S)
+
+    def _stop(self) -> None:
+        """When the recorder has heard all that it had heard then."""
+        sent = self._probes + self._sent[self._pose_topic]
+        self._in_time('the recorder to have heard all positions', lambda: self._recorder_count() >= sent, PATIENCE_S)
+        self._client.trigger('recorder/stop')
+
+    def _tell(self, step: Tell) -> None:
+        record = step.record
+        if record.retracted:
+            self._client.call(srv.RetractAdvice, 'advise/retract', srv.RetractAdvice.Request(advice_id=record.advice_id))
+            return
+        self._in_time(f'query {record.query_id}', lambda: record.query_id in self._client.queries, LEARN_PATIENCE_S)
+        request = srv.AnswerQuery.Request(
+            query_id=record.query_id, verdict=int(record.verdict), preferred=list(record.preferred),
+            avoided=list(record.avoided), expert_id=record.expert_id, comment=record.comment,
+        )
+        if int(record.verdict) == srv.AnswerQuery.Request.SPLIT:
+            request.part = list(record.states)
+        self._client.call(srv.AnswerQuery, 'advise/answer', request)
+
+    def _await_policy(self, step: Learnt) -> None:
+        value = step.recorded.value
+        key = (value.demonstrations, value.log_length)
+        self._in_time(
+            f'the policy from {key[0]} demonstrations and {key[1]} entries of the log',
+            lambda: any((p.demonstrations, p.log_length) == key for p in self.heard.policies), LEARN_PATIENCE_S,
+        )
+
+    def _fly(self, step: Fly) -> None:
+        first = step.flight.statuses[0].value
+        budget = max(int(one.value.step_budget) for one in step.flight.statuses)
+        goal = action.Fly.Goal(start_cell=int(first.start_cell), policy_version=int(first.policy_version), step_budget=budget)
+        flights = max((status.flight_id for status in self.heard.statuses), default=0)
+        for _ in range(GOAL_TRIES):
+            if step.pose is not None:  # While the clock stood, the last position has become too old to begin with.
+                self._send(step.pose)
+            if self._client.begin_flight(goal, PATIENCE_S):
+                began = lambda: any(status.flight_id > flights for status in self.heard.statuses)  # noqa: E731
+                self._in_time('the flight to begin', began, PATIENCE_S)
+                return
+
+    def _in_time(self, what: str, predicate: Any, timeout_s: float) -> None:
+        """Wait; what does not come in time is missing in the comparison."""
+        try:
+            self._client.wait(what, lambda: predicate() or None, timeout_s)
+        except GraphTimeoutError:
+            self.late.append(f'{what} did not come in {timeout_s:g} s')
+
+    def settle(self) -> None:
+        """Wait for the last policy's question."""
+        wanted = len(self._session.on('advise/query'))
+        self._in_time('the last question', lambda: len(self.heard.queries) >= wanted, PATIENCE_S)
+
+
+def _offer(topic: str) -> Any:
+    if topic.endswith('/vehicle_status'):
+        return qos.latched(100)
+    return qos.DEMONSTRATIONS if topic.endswith('/demonstration') else qos.COMMAND_DEEP

@@ -1,0 +1,85 @@
+"""What the real nodes published, beside what the bag says was published."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from advise_ros.replay.decisions import decision
+from advise_ros.replay.demonstrations import is_flown
+from advise_ros.replay.flights import FROM_OUTSIDE, flights_of
+from advise_ros.replay.live import Heard, Live
+from advise_ros.replay.session import Recorded, RecordedSession
+from advise_ros.replay.stage import Comparison, Stage
+from advise_ros.ros import convert
+
+
+def live_stages(session: RecordedSession, *, speed: float, domain: int | None = None) -> tuple[Stage, ...]:
+    """Have the nodes live through the session again, and compare.
+
+    Raises:
+        InputError, AdviseError: as Live.
+    """
+    with Live(session, speed=speed, domain=domain) as live:
+        live.play()
+        live.settle()
+        stages = _compared(session, live.heard)
+    stages[0].notes.extend((*live.score.notes, *live.late))
+    return tuple(stages)
+
+
+def _compared(session: RecordedSession, heard: Heard) -> list[Stage]:
+    comparison = Comparison(session)
+    return [
+        _demonstrations(session, heard, comparison),
+        _in_order('policies', session.on('advise/policy'), heard.policies, comparison),
+        _in_order('queries', session.on('advise/query'), heard.queries, comparison),
+        _commands(session, heard, comparison),
+        _statuses(session, heard),
+    ]
+
+
+def _demonstrations(session: RecordedSession, heard: Heard, comparison: Comparison) -> Stage:
+    stage = Stage('demonstrations, live')
+    found = {(one.demonstration_id, convert.stamp_to_ns(one.window_end)): one for one in heard.demonstrations}
+    for one in session.on('demonstration'):
+        if is_flown(one.value):
+            key = (one.value.demonstration_id, convert.stamp_to_ns(one.value.window_end))
+            stage.count(_difference(found.get(key), one, comparison))
+    return stage
+
+
+def _in_order(name: str, recorded: tuple[Recorded, ...], heard: list[Any], comparison: Comparison) -> Stage:
+    """One by one; their stamps come from a clock and are taken as recorded."""
+    stage = Stage(f'{name}, live')
+    for index, one in enumerate(recorded):
+        found = heard[index] if index < len(heard) else None
+        if found is not None:
+            found.header.stamp = convert.stamp_from_ns(one.stamp_ns)
+        stage.count(_difference(found, one, comparison))
+    if len(heard) > len(recorded):
+        stage.notes.append(f'{len(heard) - len(recorded)} more {name} than in the bag came live')
+    return stage
+
+
+def _commands(session: RecordedSession, heard: Heard, comparison: Comparison) -> Stage:
+    stage = Stage('commands, live')
+    poses = set(session.recording.poses.stamps_ns.tolist())
+    for one in (command for flight in flights_of(session)[0] for command in flight.commands):
+        if one.stamp_ns in poses:  # The others are the watchdog's, by the clock on the wall.
+            stage.count(_difference(heard.commands.get(one.stamp_ns), one, comparison))
+    return stage
+
+
+def _statuses(session: RecordedSession, heard: Heard) -> Stage:
+    stage = Stage('flight statuses, live')
+    kind = 'advise_msgs/msg/FlightStatus'
+    found = {(convert.stamp_to_ns(one.header.stamp), repr(decision(one, kind))) for one in heard.statuses}
+    for one in (status for flight in flights_of(session)[0] for status in flight.statuses):
+        if one.value.phase not in FROM_OUTSIDE:
+            there = (one.stamp_ns, repr(decision(one.value, kind))) in found
+            stage.count('' if there else f'{one.where}: phase {one.value.phase} in state {one.value.state} did not come live')
+    return stage
+
+
+def _difference(found: Any | None, recorded: Recorded, comparison: Comparison) -> str:
+    return f'{recorded.where}: nothing came live' if found is None else comparison.difference(found, recorded, 'live')

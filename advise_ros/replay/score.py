@@ -1,0 +1,163 @@
+"""What is to be done, in order, to live through a recorded session again: the inputs, and what to wait for."""
+
+from __future__ import annotations
+
+from typing import NamedTuple, TypeAlias
+
+from advise_ros.core.advice import AdviceRecord
+from advise_ros.core.demonstration import EndReason
+from advise_ros.recording.messages import Bag, Message
+from advise_ros.replay.demonstrations import is_flown
+from advise_ros.replay.flights import FROM_OUTSIDE, Flight, flights_of
+from advise_ros.replay.session import (
+    ADVICE_TYPE,
+    COMMAND_TYPE,
+    DEMONSTRATION_TYPE,
+    FLIGHT_TYPE,
+    NS,
+    POLICY_TYPE,
+    Recorded,
+    RecordedSession,
+)
+from advise_ros.ros import convert, convert_advice
+
+POSE_TYPES = ('geometry_msgs/msg/PoseStamped', 'nav_msgs/msg/Odometry')
+STATUS_TYPE = 'advise_msgs/msg/VehicleStatus'
+INPUTS = (*POSE_TYPES, COMMAND_TYPE, STATUS_TYPE, DEMONSTRATION_TYPE, ADVICE_TYPE, POLICY_TYPE, FLIGHT_TYPE)
+
+TOLD = ('demonstration', 'advise/advice_log', 'advise/policy', 'policy/status')
+
+
+class Publish(NamedTuple):
+    """Send a message; where it is a pose of a policy's flight, wait for the command with its stamp."""
+
+    message: Message
+    command_stamp_ns: int = 0
+
+
+class Demonstrated(NamedTuple):
+    """Wait for a demonstration of the recorder."""
+
+    recorded: Recorded
+
+
+class Stop(NamedTuple):
+    """Call recorder/stop."""
+
+
+class Tell(NamedTuple):
+    """Give an answer, or take one back."""
+
+    record: AdviceRecord
+
+
+class Learnt(NamedTuple):
+    """Wait for a policy."""
+
+    recorded: Recorded
+
+
+class Fly(NamedTuple):
+    """Begin a flight of a policy; `pose` is the last one before it."""
+
+    flight: Flight
+    pose: Message | None
+
+
+class End(NamedTuple):
+    """End the flight from outside, if it is still under way."""
+
+
+Step: TypeAlias = Publish | Demonstrated | Stop | Tell | Learnt | Fly | End
+
+
+class Score(NamedTuple):
+    """Steps with the clock that the bag shows for each, and what could not be taken over."""
+
+    steps: tuple[tuple[int, Step], ...]
+    topics: dict[str, str]
+    notes: tuple[str, ...]
+
+
+def score_of(session: RecordedSession, pose_source: str) -> Score:
+    """The steps of a session whose recorder took positions from the topic `pose_source`."""
+    return _Writer(session, pose_source).score()
+
+
+class _Writer:
+    def __init__(self, session: RecordedSession, pose_source: str) -> None:
+        self._session, self._space = session, session.namespace
+        self._pose = f'{self._space}/{pose_source}'
+        self._flights = flights_of(session)[0]
+        self._commanded = {one.stamp_ns for flight in self._flights for one in flight.commands}
+        self._told = {_place(one.message): one for name in TOLD for one in session.on(name)}
+        self._waiting = list(self._flights)
+        flown = [one for one in session.on('demonstration') if is_flown(one.value)]
+        self._stops = [
+            convert.stamp_to_ns(one.value.window_end) for one in flown if one.value.end_reason == EndReason.STOPPED
+        ]
+        self._skipped = 0
+        self._last: Message | None = None
+        self._steps: list[tuple[int, Step]] = []
+
+    def score(self) -> Score:
+        bag = Bag(self._session.bag.path, INPUTS)
+        topics = {self._pose: bag.topics.get(self._pose, ''), f'{self._space}/cmd_vel': COMMAND_TYPE}
+        topics |= {f'{self._space}/vehicle_status': STATUS_TYPE, f'{self._space}/demonstration': DEMONSTRATION_TYPE}
+        for message in bag.messages:
+            if message.topic == self._pose:
+                self._add_pose(message, _stamp_ns(message))
+            elif message.topic == f'{self._space}/cmd_vel':
+                self._add_command(message)
+            elif message.topic == f'{self._space}/vehicle_status':
+                self._steps.append((message.log_time_ns, Publish(message)))
+            else:
+                self._add_told(message)
+        notes = [f'{self._skipped} positions that the policy did not fly by were left out'] * bool(self._skipped)
+        return Score(tuple(self._steps), {topic: kind for topic, kind in topics.items() if kind}, tuple(notes))
+
+    def _add_pose(self, message: Message, stamp_ns: int) -> None:
+        at = message.log_time_ns
+        while self._waiting and stamp_ns > self._waiting[0].statuses[0].stamp_ns:
+            self._steps.append((at, Fly(self._waiting.pop(0), self._last)))
+        self._last = message
+        if stamp_ns in self._commanded:
+            self._steps.append((at, Publish(message, stamp_ns)))
+        elif any(f.commands and f.statuses[0].stamp_ns < stamp_ns <= f.commands[-1].stamp_ns for f in self._flights):
+            self._skipped += 1
+        else:
+            self._steps.append((at, Publish(message)))
+        while self._stops and stamp_ns >= self._stops[0]:
+            self._stops.pop(0)
+            self._steps.append((at, Stop()))
+
+    def _add_command(self, message: Message) -> None:
+        if _stamp_ns(message) not in self._commanded:
+            self._steps.append((message.log_time_ns, Publish(message)))
+
+    def _add_told(self, message: Message) -> None:
+        recorded = self._told.get(_place(message))
+        if recorded is None:
+            return
+        kind = message.type_name
+        step: Step | None = None
+        if kind == DEMONSTRATION_TYPE:
+            step = Demonstrated(recorded) if is_flown(recorded.value) else Publish(message)
+        elif kind == ADVICE_TYPE:
+            step = Tell(convert_advice.advice_from_msg(recorded.value))
+        elif kind == POLICY_TYPE:
+            step = Learnt(recorded)
+        elif recorded.value.phase in FROM_OUTSIDE:
+            step = End()
+        if step is not None:
+            self._steps.append((message.log_time_ns, step))
+
+
+def _place(message: Message) -> tuple[str, int, int]:
+    return message.topic, message.publish_time_ns, message.log_time_ns
+
+
+def _stamp_ns(message: Message) -> int:
+    """Of the header, which every one of these messages begins with."""
+    seconds = int.from_bytes(message.data[4:8], 'little', signed=True)
+    return seconds * NS + int.from_bytes(message.data[8:12], 'little')
