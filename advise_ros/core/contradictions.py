@@ -44,20 +44,12 @@ def against(answer: AdviceRecord, records: Iterable[AdviceRecord]) -> tuple[int,
     return tuple(sorted(r.advice_id for r in records if opposed(answer, r) and not asked.isdisjoint(r.states)))
 
 
-def among(records: tuple[AdviceRecord, ...], slack_states: Iterable[int]) -> tuple[int, ...]:
-    """Advice ids that contradict one another, ascending.
-
-    Args:
-        records: the advice that holds.
-        slack_states: states whose advice no reward satisfies together with the rest.
-    """
+def among(records: tuple[AdviceRecord, ...]) -> tuple[int, ...]:
+    """Advice ids of all records that another one opposes in a state that they share, ascending."""
+    asked = [set(record.states) for record in records]
     found: set[int] = set()
-    for record in records:
-        partners = against(record, records)
-        if partners:
-            found |= {record.advice_id, *partners}
-    for state in slack_states:
-        covering = [record for record in records if state in record.states]
-        if not any(opposed(a, b) for a in covering for b in covering):
-            found |= {record.advice_id for record in covering}
+    for number, record in enumerate(records):
+        for earlier in range(number):
+            if opposed(record, records[earlier]) and not asked[number].isdisjoint(asked[earlier]):
+                found |= {record.advice_id, records[earlier].advice_id}
     return tuple(sorted(found))

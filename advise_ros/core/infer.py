@@ -6,17 +6,13 @@ from typing import NamedTuple
 
 from advise_ros.core import contradictions
 from advise_ros.core.advice import AdviceRecord
+from advise_ros.core.conflicts import conflicting, slack_states
 from advise_ros.core.errors import InputError
 from advise_ros.core.learn_settings import LearnSettings
 from advise_ros.core.mdp import Mdp, boltzmann, greedy, plan
 from advise_ros.core.numerics import Floats, Ints
-from advise_ros.core.program import Evidence, InfeasibleError, Problem, Solution, pose
+from advise_ros.core.program import Evidence, InfeasibleError, pose
 from advise_ros.core.solve import solve
-
-# More slack than this share of delta is advice not met, less is the solver's tolerance.
-SLACK_SHARE = 1e-3
-# So dear that slack means: no reward does without it.
-SLACK_FORBIDDING = 1e6
 
 
 class Inferred(NamedTuple):
@@ -58,24 +54,13 @@ def infer(mdp: Mdp, favourite: Ints, records: tuple[AdviceRecord, ...], settings
     try:
         solution = solve(problem, settings.solver)
     except InfeasibleError:
-        raise InputError(_refusal(contradictory(problem, records))) from None
+        raise InputError(_refusal(conflicting(problem, records))) from None
     unmet = slack_states(problem, solution)
     value, q = plan(mdp, solution.reward, solution.value)
     return Inferred(
         solution.reward, value, q, greedy(q), boltzmann(q, settings.temperature), solution.objective, unmet,
-        contradictory(problem, records) if len(unmet) else contradictions.among(records, ()),
+        conflicting(problem, records) if len(unmet) else contradictions.among(records),
     )
-
-
-def slack_states(problem: Problem, solution: Solution) -> Ints:
-    """The advised states with slack."""
-    return problem.advised[solution.slack > SLACK_SHARE * max(problem.terms.delta, SLACK_SHARE)]
-
-
-def contradictory(problem: Problem, records: tuple[AdviceRecord, ...]) -> tuple[int, ...]:
-    """Advice ids that contradict one another: what has slack even when nothing else is asked for."""
-    feasible = problem._replace(terms=problem.terms._replace(lambda_t=0.0, lambda_a=0.0, slack_cost=SLACK_FORBIDDING))
-    return contradictions.among(records, slack_states(feasible, solve(feasible)).tolist())
 
 
 def _refusal(ids: tuple[int, ...]) -> str:

@@ -196,17 +196,16 @@ def pose(mdp: Mdp, evidence: Evidence, terms: Terms) -> Problem:
     """
     _check(mdp, terms)
     replace = terms.reading == 'replace'
-    advised = np.array(sorted(evidence.advice), dtype=np.int64)
     demonstrated = evidence.favourite >= 0
     if replace:
-        demonstrated[advised] = False
+        demonstrated[list(evidence.advice)] = False
     states = np.flatnonzero(demonstrated)
     indistinct = mdp.alike[states, evidence.favourite[states]].sum(axis=1) > 1
-    advice_pairs = _advice_pairs(mdp, evidence.advice, advised)
+    advised, advice_pairs = advice_rows(mdp, evidence.advice)
     shares = _shares(mdp, evidence, replace)
     return Problem(
         mdp, terms, shares, mdp.under(shares), states, np.where(indistinct, 0.0, terms.cap),
-        np.unique(advice_pairs.states), _demonstration_pairs(mdp, evidence.favourite, states), advice_pairs,
+        advised, _demonstration_pairs(mdp, evidence.favourite, states), advice_pairs,
     )
 
 
@@ -247,11 +246,13 @@ def _demonstration_pairs(mdp: Mdp, favourite: Ints, demonstrated: Ints) -> Pairs
     return Pairs(states[other], favourite[states][other], worse[other])
 
 
-def _advice_pairs(mdp: Mdp, advice: Mapping[int, Preference], advised: Ints) -> Pairs:
-    """The rows of S, ascending in state, preferred and avoided action."""
-    wanted = np.zeros((len(advised), mdp.n_actions, mdp.n_actions), dtype=np.bool_)
+def advice_rows(mdp: Mdp, advice: Mapping[int, Preference]) -> tuple[Ints, Pairs]:
+    """S and its rows, ascending in state, preferred and avoided action; what cannot be told apart has none."""
+    asked = np.array(sorted(advice), dtype=np.int64)
+    wanted = np.zeros((len(asked), mdp.n_actions, mdp.n_actions), dtype=np.bool_)
     for preference, states in _alike(advice).items():
         better, worse = np.array(preference.pairs, dtype=np.int64).reshape(-1, 2).T
-        wanted[np.searchsorted(advised, states)[:, None], better, worse] = True
-    which, better, worse = np.nonzero(wanted & ~mdp.alike[advised])
-    return Pairs(advised[which], better, worse)
+        wanted[np.searchsorted(asked, states)[:, None], better, worse] = True
+    which, better, worse = np.nonzero(wanted & ~mdp.alike[asked])
+    pairs = Pairs(asked[which], better, worse)
+    return np.unique(pairs.states), pairs
