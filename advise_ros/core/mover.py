@@ -53,11 +53,11 @@ class CellMover:
         return self.grid.cell_of(self.state)
 
     def observe(self, pose: Pose) -> None:
-        """Take the next pose; stamps must grow."""
+        """Take the next pose; stamps must grow, unless the clock was set."""
         x, y, _ = pose.position_enu_m
         self.inside = self._tracker.is_inside(x, y)
         self._tracker.update(x, y, pose.stamp_ns)
-        if self._recent and pose.stamp_ns - self._recent[-1].stamp_ns > VELOCITY_GAP_NS:
+        if self._recent and not 0 <= pose.stamp_ns - self._recent[-1].stamp_ns <= VELOCITY_GAP_NS:
             self._recent.clear()
         self._recent.append(pose)
         while len(self._recent) > 2 and pose.stamp_ns - self._recent[1].stamp_ns >= VELOCITY_WINDOW_NS:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import time
 
 from geometry_msgs.msg import PoseStamped, TwistStamped
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
@@ -18,6 +19,8 @@ NEWEST_POSE = QoSProfile(
 )
 # A pose further ahead of the node's clock is of another clock.
 FUTURE_LIMIT_NS = 10 * NS
+# Our clock and steady time part by this much: it was set. For a while stamps by the old and by the new time count.
+CLOCK_SET_NS, CLOCK_SET_FOR_NS = NS, 5 * NS
 
 
 def velocity_command(velocity_enu_m_s: Vector, stamp_ns: int) -> TwistStamped:
@@ -37,6 +40,8 @@ def between_poses_ns(clock_ns: int) -> int:
 class PoseGate:
     """Lets poses pass that may be flown by.
 
+    Stamps must grow. When our clock is set, those of the poses may go back with it, once.
+
     Attributes:
         problem: why the last pose was refused, in one sentence; empty when it passed.
         refused: how many were.
@@ -46,9 +51,12 @@ class PoseGate:
         self.problem = ''
         self.refused = 0
         self._last_ns = 0
+        self._offset_ns: int | None = None
+        self._set_until_ns = 0
 
     def take(self, message: PoseStamped, now_ns: int) -> Pose | None:
         """The pose, or None when it is refused."""
+        self._watch_clock(now_ns, time.monotonic_ns())
         at = message.pose.position
         pose = Pose(stamp_to_ns(message.header.stamp), (at.x, at.y, at.z))
         self.problem = self._look(pose, message.header.frame_id, now_ns)
@@ -62,6 +70,16 @@ class PoseGate:
         """Between flights a clock may have been set back."""
         self._last_ns = 0
 
+    def _watch_clock(self, now_ns: int, steady_ns: int) -> None:
+        offset_ns = now_ns - steady_ns
+        if self._offset_ns is not None and abs(offset_ns - self._offset_ns) > CLOCK_SET_NS:
+            self._set_until_ns = steady_ns + CLOCK_SET_FOR_NS
+        self._offset_ns = offset_ns
+
+    @property
+    def _clock_was_set(self) -> bool:
+        return time.monotonic_ns() < self._set_until_ns
+
     def _look(self, pose: Pose, frame_id: str, now_ns: int) -> str:
         if frame_id != MAP_FRAME:
             return f"poses are in frame '{frame_id}' and not flown by; they must be in '{MAP_FRAME}' (ENU)"
@@ -69,9 +87,10 @@ class PoseGate:
             return f'a pose is not a number: {pose.position_enu_m}'
         if pose.stamp_ns <= 0:
             return 'poses have no stamp'
-        if pose.stamp_ns <= self._last_ns:
-            return f'a pose is {(self._last_ns - pose.stamp_ns) / NS:.3f} s older than the one before it'
-        if pose.stamp_ns - now_ns > FUTURE_LIMIT_NS:
+        behind_ns = self._last_ns - pose.stamp_ns
+        if behind_ns >= 0 and not (self._clock_was_set and behind_ns > CLOCK_SET_NS):
+            return f'a pose is {behind_ns / NS:.3f} s older than the one before it'
+        if pose.stamp_ns - now_ns > FUTURE_LIMIT_NS and not self._clock_was_set:
             ahead_s = (pose.stamp_ns - now_ns) / NS
             return f"poses are {ahead_s:.0f} s ahead of this node's clock; set use_sim_time alike on all nodes"
         return ''
