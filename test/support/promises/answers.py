@@ -5,7 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-
 from std_srvs.srv import Trigger
 
 from advise_msgs.msg import Advice, LearnerStatus
@@ -63,7 +62,7 @@ class Crowd:
         return AnswerQuery.Request(query_id=query_id, verdict=int(self._rng.integers(10, 256)), preferred=[0], avoided=[1])
 
 
-def run(folder: Path, rng: np.random.Generator, trials: int, *, short: bool = False) -> list[Row]:
+def run(folder: Path, rng: np.random.Generator, trials: int) -> list[Row]:
     """Send `trials` bad answers and a few good ones; then the good ones alone to a fresh learner."""
     grid_file = write_grid(folder, GRID_4X4)
     with private_graph() as graph:

@@ -13,7 +13,7 @@ import numpy as np
 
 from advise_msgs.msg import FlightStatus
 from support.promises.ledger import Row, row
-from support.promises.rig import Rig, flying
+from support.promises.rig import Rig, Settings, flying
 
 JUMP_S = 60
 GAP_LIMIT_S = 0.1
@@ -44,17 +44,18 @@ class Clocks:
         self._file.close()
 
 
-def run(folder: Path, rng: np.random.Generator, trials: int, *, short: bool = False) -> list[Row]:
-    """Set all clocks forward and back `trials` times each; first without setting them, for comparison."""
+def run(folder: Path, rng: np.random.Generator, trials: int) -> list[Row]:
+    """The trials of `set_them` in a flight of their own."""
     clocks = Clocks(folder)
     try:
-        with flying(folder, rng, clocks.env) as rig:
-            return _jumps(rig, clocks, trials)
+        with flying(folder, rng, Settings(env=clocks.env)) as rig:
+            return set_them(rig, clocks, trials)
     finally:
         clocks.close()
 
 
-def _jumps(rig: Rig, clocks: Clocks, trials: int) -> list[Row]:
+def set_them(rig: Rig, clocks: Clocks, trials: int) -> list[Row]:
+    """Set all clocks forward and back `trials` times each; first without setting them, for comparison."""
     troubles = {0: 'wall clock left alone', JUMP_S: f'wall clock of all nodes +{JUMP_S} s', -JUMP_S: f'the same -{JUMP_S} s'}
     found: dict[int, list[float]] = {jump_s: [] for jump_s in troubles}
     offset_s = 0
@@ -62,7 +63,10 @@ def _jumps(rig: Rig, clocks: Clocks, trials: int) -> list[Row]:
         for jump_s, gaps in found.items():
             offset_s += jump_s
             gaps.append(_gap(rig, clocks, offset_s))
-    return [row(('control goes on', troubles[jump_s], 'longest gap, s'), gaps, GAP_LIMIT_S, (), NOTE) for jump_s, gaps in found.items()]
+    return [
+        row(('control goes on', troubles[jump_s], 'longest gap, s'), gaps, GAP_LIMIT_S, (), NOTE)
+        for jump_s, gaps in found.items()
+    ]
 
 
 def _gap(rig: Rig, clocks: Clocks, offset_s: int) -> float:

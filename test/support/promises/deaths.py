@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import signal
 import time
+from collections.abc import Iterable
 from pathlib import Path
 from typing import NamedTuple
 
@@ -23,14 +24,19 @@ WATCH_S = 1.0
 STAND_PATIENCE_S, RECOVERY_LIMIT_S = 12.0, 30.0
 MOVERS, BYSTANDERS = ('policy', 'guard', 'mavlink_bridge'), ('advise', 'recorder', 'logger')
 HOW = {'killed': signal.SIGKILL, 'stopped': signal.SIGSTOP}
+# What the short form does.
 SHORT = (('policy', 'killed'), ('mavlink_bridge', 'stopped'), ('recorder', 'killed'))
 
 
-def run(folder: Path, rng: np.random.Generator, trials: int, *, short: bool = False) -> list[Row]:
-    """Kill and stop each node `trials` times at random moments of one long flight; `short`: some of them."""
-    pairs = SHORT if short else tuple((name, how) for name in (*MOVERS, *BYSTANDERS) for how in HOW)
+def run(folder: Path, rng: np.random.Generator, trials: int) -> list[Row]:
+    """Kill and stop each node `trials` times at random moments of one long flight."""
     with flying(folder, rng) as rig:
-        return [entry for name, how in pairs for entry in _node(rig, name, how, trials)]
+        return take_away(rig, [(name, how) for name in (*MOVERS, *BYSTANDERS) for how in HOW], trials)
+
+
+def take_away(rig: Rig, pairs: Iterable[tuple[str, str]], trials: int) -> list[Row]:
+    """Take nodes away, each in its way, `trials` times."""
+    return [entry for name, how in pairs for entry in _node(rig, name, how, trials)]
 
 
 def _node(rig: Rig, name: str, how: str, trials: int) -> list[Row]:

@@ -7,8 +7,9 @@ import math
 import os
 import time
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -81,6 +82,30 @@ class Tap:
         return [motion for motion in list(self.motions) if motion.at_s >= at_s]
 
 
+@dataclass(frozen=True)
+class Settings:
+    """How a rig is set up.
+
+    Attributes:
+        speedup: simulated seconds a second; at any but 1 all nodes live by /clock.
+        pose_rate_hz: in simulated time.
+        parameters: more of them, by node.
+        env: more environment of the nodes.
+    """
+
+    speedup: float = 1.0
+    pose_rate_hz: float = 50.0
+    parameters: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    env: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def simulated_time(self) -> bool:
+        return self.speedup != 1.0
+
+
+SETTINGS = Settings()
+
+
 class Rig:
     """simulator - bad radio - mavlink_bridge - guard - policy, and advise, recorder and logger beside them.
 
@@ -90,8 +115,8 @@ class Rig:
         processes: by node.
     """
 
-    def __init__(self, graph: Graph, folder: Path, rng: np.random.Generator, env: dict[str, str] | None = None) -> None:
-        self.graph, self.rng, self.grid, self._folder, self._env = graph, rng, square(), folder, env or {}
+    def __init__(self, graph: Graph, folder: Path, rng: np.random.Generator, settings: Settings) -> None:
+        self.graph, self.rng, self.grid, self._folder, self._settings = graph, rng, square(), folder, settings
         self._grid_file = folder / 'grid.yaml'
         self._grid_file.write_text(yaml.safe_dump({'grid': grid_to_mapping(self.grid)}))
         self._bags = 0
@@ -101,16 +126,18 @@ class Rig:
         self._listen()
         demonstrations = folder / 'demonstrations.json'
         save_demonstrations(demonstrations, fly(self.grid, TrialSettings(flights=1, noise_rate=0.0, mistake_share=0.0), rng))
-        clean = {'grid_file': str(self._grid_file)}
+        on_grid = {'grid_file': str(self._grid_file)}
         self._parameters: dict[str, dict[str, Any]] = {
-            'policy': {**clean, 'speed_m_s': 1.0}, 'guard': clean, 'recorder': clean, 'logger': {},
-            'mavlink_bridge': {**clean, 'url': f'udpin:127.0.0.1:{port}', 'pose_rate_hz': 50.0},
-            'advise': {**clean, 'demonstrations_file': str(demonstrations), 'session_file': str(folder / 'session.json')},
+            'policy': {**on_grid, 'speed_m_s': 1.0}, 'guard': on_grid, 'recorder': on_grid, 'logger': {},
+            'mavlink_bridge': {**on_grid, 'url': f'udpin:127.0.0.1:{port}', 'pose_rate_hz': settings.pose_rate_hz},
+            'advise': {**on_grid, 'demonstrations_file': str(demonstrations), 'session_file': str(folder / 'session.json')},
         }
+        for name, values in settings.parameters.items():
+            self._parameters[name] = {**self._parameters[name], **values}
         self.processes: dict[str, Process] = {}
         self.simulator = graph.start('simulator', {
-            'endpoint': f'udpout:127.0.0.1:{self.proxy.port}', 'ready_after_s': 0.5, 'publish_clock': False,
-            'battery_s': 100_000.0,
+            'endpoint': f'udpout:127.0.0.1:{self.proxy.port}', 'ready_after_s': 0.5, 'battery_s': 100_000.0,
+            'speedup': settings.speedup, 'publish_clock': settings.simulated_time,
         })
         for name in NODES:
             self.start(name)
@@ -123,7 +150,7 @@ class Rig:
 
     def start(self, name: str) -> None:
         """Start a node, or start it anew; the logger takes a new bag."""
-        parameters = dict(self._parameters[name])
+        parameters = {'use_sim_time': self._settings.simulated_time, **self._parameters[name]}
         if name == 'logger':
             self._bags += 1
             parameters['bag'] = str(self._folder / f'bag-{self._bags}')
@@ -131,7 +158,7 @@ class Rig:
         old = self.processes.get(name)
         if old is not None:
             self.graph.processes.remove(old)
-        self.processes[name] = self.graph.start(name, parameters, remaps, self._env)
+        self.processes[name] = self.graph.start(name, parameters, remaps, self._settings.env)
 
     # -- flying ------------------------------------------------------------------------------
     @property
@@ -231,10 +258,10 @@ def private_graph() -> Iterator[Graph]:
 
 
 @contextmanager
-def flying(folder: Path, rng: np.random.Generator, env: dict[str, str] | None = None) -> Iterator[Rig]:
+def flying(folder: Path, rng: np.random.Generator, settings: Settings = SETTINGS) -> Iterator[Rig]:
     """A rig in a private ROS domain whose vehicle is in the air, flying."""
     with private_graph() as graph:
-        rig = Rig(graph, folder, rng, env)
+        rig = Rig(graph, folder, rng, settings)
         try:
             graph.wait_until(lambda: rig.policies, PATIENCE_S, 'the first policy')
             rig.fly()

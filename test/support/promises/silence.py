@@ -62,7 +62,7 @@ class Witness:
         return float(self.graph.wait_until(found, PATIENCE_S, f'zero velocity on {topic}')) - self.pose_s
 
 
-def run(folder: Path, rng: np.random.Generator, trials: int, *, short: bool = False) -> list[Row]:
+def run(folder: Path, rng: np.random.Generator, trials: int) -> list[Row]:
     """Kill and stop the source of poses `trials` times each."""
     grid, grid_file = square(), folder / 'grid.yaml'
     grid_file.write_text(yaml.safe_dump({'grid': grid_to_mapping(grid)}))

@@ -1,0 +1,142 @@
+"""The fence against a wild pilot: the simulator's vehicle in wind, with latency and dropouts, faster than time."""
+
+from __future__ import annotations
+
+from collections import deque
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from advise_ros.config import GuardConfig, SimulatorConfig, build
+from advise_ros.core.fence import Fence, outside_m
+from advise_ros.core.grid import Grid
+from advise_ros.core.guard import MAP_FRAME, Command, Limits
+from advise_ros.core.sentry import Sentry
+from advise_ros.nodes.guard import limits_of, sentry_of
+from advise_ros.sim.modes import Mode
+from advise_ros.sim.setpoints import Setpoint
+from advise_ros.sim.vehicle import Vehicle
+from support.promises.ledger import Row
+
+# docs/safety.md names it: gusts push the vehicle further than it was commanded.
+BOUND_M = 1.0
+GRID = Grid(2.0, 5, 5, (-1.0, -1.0), 10.0, waypoints=(4, 24, 20, 0))
+CONFIG = build(GuardConfig, {'altitude_band_m': 3.0})
+EPISODES_A_FLIGHT, EPISODE_S = 20, 10.0
+STEP_S, STEPS_A_TICK = 0.025, 2
+TICK_S = STEP_S * STEPS_A_TICK
+MEAN_WIND_M_S, GUST_M_S = 6.0, 1.5
+# Of poses on their way to the guard, and of setpoints on theirs to the vehicle (the guard's vehicle_delay_s).
+LATENCY_S = 0.2
+LOSS = 0.3
+LONGEST_DROPOUT_S = 3.0
+
+
+class Late:
+    """A line that hands on what it is given a fixed time later, loses some, and falls silent now and then."""
+
+    def __init__(self, rng: np.random.Generator) -> None:
+        self._rng = rng
+        self._latency_s = float(rng.uniform(0.0, LATENCY_S))
+        self._loss = LOSS * float(rng.random())
+        self._silent_until_s = 0.0
+        self._waiting: deque[tuple[float, Any]] = deque()
+
+    def put(self, what: Any, now_s: float) -> None:
+        if self._rng.random() < TICK_S / EPISODE_S:
+            self._silent_until_s = now_s + float(self._rng.uniform(0.0, LONGEST_DROPOUT_S))
+        if now_s >= self._silent_until_s and self._rng.random() >= self._loss:
+            self._waiting.append((now_s + self._latency_s, what))
+
+    def take(self, now_s: float) -> list[Any]:
+        taken = []
+        while self._waiting and self._waiting[0][0] <= now_s:
+            taken.append(self._waiting.popleft()[1])
+        return taken
+
+
+class Wire(Late):
+    """Between guard and vehicle: late and lossy, but never silent for long; that is a lost link, another promise."""
+
+    def put(self, what: Any, now_s: float) -> None:
+        self._silent_until_s = -1.0
+        if self._rng.random() >= self._loss:
+            self._waiting.append((now_s + self._latency_s, what))
+
+
+class Flight:
+    """A vehicle in the air, its guard, and a pilot who wants out."""
+
+    def __init__(self, rng: np.random.Generator) -> None:
+        self._rng = rng
+        wind = [float(value) for value in rng.uniform(-1.0, 1.0, 2) * MEAN_WIND_M_S / np.sqrt(2.0)]
+        simulated = build(SimulatorConfig, {
+            'ready_after_s': 0.0, 'start_east_m': 4.0, 'start_north_m': 4.0, 'wind_east_m_s': wind[0],
+            'wind_north_m_s': wind[1], 'gust_m_s': float(rng.uniform(0.0, GUST_M_S)), 'battery_s': 100_000.0,
+        })
+        self._vehicle = Vehicle(simulated, rng)
+        self._poses, self._pilot, self._wire = Late(rng), Late(rng), Wire(rng)
+        self._limits: Limits = limits_of(CONFIG, GRID)
+        self._sentry: Sentry = sentry_of(CONFIG, self._limits)
+        self._wanted = (0.0, 0.0, 0.0)
+        self._take_off()
+
+    def _take_off(self) -> None:
+        self._vehicle.set_mode(Mode.GUIDED.value)
+        assert self._vehicle.arm().accepted
+        assert self._vehicle.take_off(GRID.altitude_m).accepted
+        for _ in range(round(30.0 / STEP_S)):
+            self._vehicle.step()
+        assert self._vehicle.airborne
+
+    def episode(self) -> float:
+        """How far outside of the fence the vehicle came in EPISODE_S, metres."""
+        fence = self._limits.fence
+        assert fence is not None
+        worst = 0.0
+        for _ in range(round(EPISODE_S / TICK_S)):
+            self._tick(self._vehicle.now_s)
+            for _ in range(STEPS_A_TICK):
+                self._vehicle.step()
+            worst = max(worst, beyond_m(fence, self._position))
+        return worst
+
+    @property
+    def _position(self) -> tuple[float, float, float]:
+        east, north, up = (float(value) for value in self._vehicle.state.position_enu_m)
+        return east, north, up
+
+    def _tick(self, now_s: float) -> None:
+        self._poses.put(self._position, now_s)
+        if self._rng.random() < TICK_S:  # About once a second he wants something else.
+            east, north, up = (float(value) for value in self._rng.normal(0.0, (5.0, 5.0, 1.0)))
+            self._wanted = east, north, up
+        self._pilot.put(self._wanted, now_s)
+        for position in self._poses.take(now_s):
+            self._sentry.pose(position, MAP_FRAME, now_s)
+        for velocity in self._pilot.take(now_s):
+            self._sentry.command(Command(velocity, MAP_FRAME, 0.0), now_s)
+        verdict = self._sentry.verdict(now_s)
+        if verdict is not None:
+            self._wire.put(verdict.velocity_enu_m_s, now_s)
+        for velocity in self._wire.take(now_s):
+            self._vehicle.follow(Setpoint(velocity_enu_m_s=velocity))
+
+
+def beyond_m(fence: Fence, position_enu_m: tuple[float, float, float]) -> float:
+    """How far a position lies outside of a fence, the furthest of plan, above and below."""
+    up = position_enu_m[2]
+    return max(outside_m(fence, position_enu_m[:2]), fence.low_m - up, up - fence.high_m, 0.0)
+
+
+def run(folder: Path, rng: np.random.Generator, trials: int) -> list[Row]:
+    """Fly `trials` episodes, EPISODES_A_FLIGHT to each vehicle."""
+    worst, flown = [], 0
+    while flown < trials:
+        flight = Flight(rng)
+        episodes = min(EPISODES_A_FLIGHT, trials - flown)
+        worst += [flight.episode() for _ in range(episodes)]
+        flown += episodes
+    names = ('the fence', 'wild pilot, wind, gusts, latency, losses, dropouts', 'metres outside')
+    return [Row(*names, flown, max(worst), BOUND_M)]
