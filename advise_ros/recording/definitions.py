@@ -16,6 +16,10 @@ from advise_ros.core.errors import InputError
 SEPARATOR = '=' * 80
 # 'geometry_msgs/Pose[] poses', 'Pose pose', 'uint8 X=1': the type is the first word.
 FIRST_WORD = re.compile(r'^\s*([A-Za-z][\w/]*)')
+# A service's own type is not a message; those that rosidl makes of it have these endings.
+EVENT, REQUEST, RESPONSE = '_Event', '_Request', '_Response'
+# Info, then request and response, as far as there are any.
+EVENT_TEXT = 'service_msgs/ServiceEventInfo info\n{0}_Request[<=1] request\n{0}_Response[<=1] response\n'
 PRIMITIVES = frozenset((
     'bool', 'byte', 'char', 'float32', 'float64', 'int8', 'uint8', 'int16', 'uint16', 'int32', 'uint32',
     'int64', 'uint64', 'string', 'wstring',
@@ -26,9 +30,9 @@ class Definition(NamedTuple):
     """A message type as a bag stores it.
 
     Attributes:
-        type_name: 'pkg/msg/Type'.
+        type_name: 'pkg/msg/Type', or 'pkg/srv/Type_Event' for what a service tells of its calls.
         text: ros2msg: the type's own text, then each type it needs after a line of 80 '='.
-        type_hash: REP-2016 hash, 'RIHS01_...'.
+        type_hash: REP-2016 hash, 'RIHS01_...'; '' for what a service tells.
     """
 
     type_name: str
@@ -62,8 +66,24 @@ def _source(type_name: str, ending: str) -> str | None:
     return path.read_text(encoding='utf-8') if path and path.is_file() else None
 
 
+def _text(type_name: str) -> str | None:
+    """Text of an installed type, of a service's parts too; None when it is not there."""
+    package, _, name = type_name.split('/')
+    text = _source(type_name, 'msg')
+    if text is not None:
+        return text
+    if name.endswith(EVENT):
+        service = f'{package}/{name.removesuffix(EVENT)}'
+        return EVENT_TEXT.format(service) if _source(f'{package}/srv/{name.removesuffix(EVENT)}', 'srv') is not None else None
+    for part, ending in enumerate((REQUEST, RESPONSE)):
+        whole = _source(f'{package}/srv/{name.removesuffix(ending)}', 'srv') if name.endswith(ending) else None
+        if whole is not None:
+            return re.split(r'^---\s*$', whole, maxsplit=1, flags=re.MULTILINE)[part].strip() + '\n'
+    return None
+
+
 def _installed(type_name: str) -> Definition | None:
-    description = _source(type_name, 'json')
+    description = _source(type_name.removesuffix(EVENT), 'json')
     texts = _with_dependencies(type_name)
     if description is None or texts is None:
         return None
@@ -72,7 +92,8 @@ def _installed(type_name: str) -> Definition | None:
     for dependency, text in texts.items():
         package, _, name = dependency.split('/')
         parts.append(f'{SEPARATOR}\nMSG: {package}/{name}\n{text}')
-    return Definition(type_name, '\n'.join(parts), hashes[type_name])
+    # Readers by rosbags look for the type of each hash, and know those of messages and actions only.
+    return Definition(type_name, '\n'.join(parts), '' if type_name.endswith(EVENT) else hashes[type_name])
 
 
 def _with_dependencies(type_name: str) -> dict[str, str] | None:
@@ -83,7 +104,7 @@ def _with_dependencies(type_name: str) -> dict[str, str] | None:
         current = waiting.pop(0)
         if current in texts:
             continue
-        text = _source(current, 'msg')
+        text = _text(current)
         if text is None:
             return None
         texts[current] = text

@@ -11,11 +11,12 @@ from rclpy.node import Node
 
 from advise_ros import config
 from advise_ros.core.errors import InputError
+from advise_ros.ros import introspection
 
 ConfigT = TypeVar('ConfigT')
 
-# Parameters that rclpy declares by itself.
-BUILT_IN = ('use_sim_time', 'start_type_description_service')
+# Parameters that rclpy declares by itself, and the one of introspection.py.
+BUILT_IN = ('use_sim_time', 'start_type_description_service', introspection.PARAMETER)
 
 
 def _descriptor(spec: Field[Any]) -> ParameterDescriptor:

@@ -16,7 +16,7 @@ from rclpy.signals import SignalHandlerOptions
 
 from advise_ros import config
 from advise_ros.core.errors import AdviseError
-from advise_ros.ros import arguments
+from advise_ros.ros import arguments, introspection
 
 OK, VERDICT_NO, USAGE = 0, 1, 2
 
@@ -28,6 +28,9 @@ def help_text(name: str, doc: str, config_class: type[Any]) -> str:
     for spec in fields(config_class):
         lines.append(f'  {spec.name}  (default {spec.default!r}; {config.range_text(spec)})')
         lines.extend(textwrap.wrap(spec.metadata['doc'], 92, initial_indent='      ', subsequent_indent='      '))
+    states = ', '.join(introspection.STATES)
+    lines.append(f"  {introspection.PARAMETER}  (default 'off'; {states})")
+    lines.extend(textwrap.wrap(introspection.DESCRIPTION, 92, initial_indent='      ', subsequent_indent='      '))
     lines += ['', 'Without the ros2 command: ./advise ' + name + ' [the same arguments]']
     return '\n'.join(lines)
 
@@ -72,6 +75,7 @@ def _spin(node_class: type[Node]) -> int:
     code = OK
     try:
         node = node_class()
+        introspection.configure(node)
         executor = SingleThreadedExecutor()
         executor.add_node(node)
         executor.spin()

@@ -1,6 +1,7 @@
 """The logger beside real publishers: nothing lost, profiles kept, clean ends, and no harm to others."""
 
 import json
+import shutil
 import signal
 from collections.abc import Callable, Iterator
 from contextlib import suppress
@@ -13,16 +14,21 @@ from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PoseStamped
 from mcap.exceptions import EndOfFile
+from mcap.reader import make_reader
 from mcap.records import McapRecord, Message
 from mcap.stream_reader import StreamReader
 from rclpy.qos import QoSProfile
+from rclpy.serialization import deserialize_message
 from rosbags.highlevel import AnyReader
 from rosbags.interfaces import QosDurability, QosReliability
 from rosgraph_msgs.msg import Clock
 from std_msgs.msg import String
+from std_srvs.srv import Trigger
 
 from advise_msgs.msg import LearnerStatus
+from advise_ros.demo.options import share
 from advise_ros.recording.messages import Bag
+from advise_ros.recording.recover import is_whole
 from advise_ros.ros import qos
 from support.graph import Graph
 from support.processes import Process, executable, ros_arguments
@@ -208,3 +214,43 @@ def test_wrong_parameters_are_one_sentence(graph: Graph, tmp_path: Path, params:
     errors = [line for line in logger.err if line.startswith('error: ')]
     assert len(errors) == 1 and words in errors[0]
     assert 'Traceback' not in '\n'.join(logger.err)
+
+
+def test_what_services_tell_of_their_calls_is_recorded_once_it_is_turned_on(graph: Graph, tmp_path: Path) -> None:
+    logger = start(graph, tmp_path / 'bag')
+    grid = {'grid_file': str(share('grid_6x6.yaml'))}
+    graph.start('recorder', params={**grid, 'service_introspection': 'contents'})
+    topic = '/recorder/stop/_service_event'
+    graph.wait_until(lambda: graph.node.count_subscribers(topic) == 1, what='the logger to hear of the service')
+    until(graph, lambda: graph.call(Trigger, 'recorder/stop'), lambda counts: counts.get(topic, 0) > 1)
+    assert stop(logger) == 0
+    with (tmp_path / 'bag' / 'bag_0.mcap').open('rb') as stream:
+        found = [(schema.name, message.data) for schema, _, message in make_reader(stream).iter_messages([topic])]
+    assert {name for name, _ in found} == {'std_srvs/srv/Trigger_Event'}
+    told = [deserialize_message(data, Trigger.Event) for _, data in found]
+    answers = [event.response[0] for event in told if len(event.response)]
+    assert answers and 'nothing is being recorded' in answers[0].message and not answers[0].success
+    assert all(any(event.info.client_gid) for event in told)
+    with AnyReader([tmp_path / 'bag']) as reader:  # Others' readers are not put off by a type that they cannot read.
+        assert any(connection.topic == topic for connection in reader.connections)
+
+
+def test_files_are_split_by_size_and_time(graph: Graph, tmp_path: Path) -> None:
+    logger = start(graph, tmp_path / 'bag', params={'split_s': 0.3})
+    publisher = graph.publisher('pose', PoseStamped, qos.SENSOR)
+    graph.wait_until(lambda: publisher.publish(pose(1)) or len(list((tmp_path / 'bag').glob('*.mcap'))) > 2)
+    assert stop(logger) == 0
+    with AnyReader([tmp_path / 'bag']) as reader:
+        assert reader.message_count > 2
+    assert Bag(tmp_path / 'bag', ANY).gaps == []
+    assert {'bag_0.mcap', 'bag_1.mcap', 'bag_2.mcap'} <= {file.name for file in (tmp_path / 'bag').iterdir()}
+
+
+def test_too_little_space_ends_the_bag_properly_and_raises_an_alarm(graph: Graph, tmp_path: Path) -> None:
+    free_mib = shutil.disk_usage(tmp_path).free // 2**20
+    params = {'bag': str(tmp_path / 'bag'), 'flush_s': 0.1, 'min_free_mib': min(2 * free_mib, 2**20)}
+    logger = graph.start('logger', params=params)
+    graph.wait_for('/diagnostics', DiagnosticArray, lambda m: says(m, 'are free on its disk'))
+    assert logger.running and is_whole(tmp_path / 'bag' / 'bag_0.mcap')
+    assert stop(logger) == 1
+    assert sum('stopped: only' in line for line in logger.err) == 1

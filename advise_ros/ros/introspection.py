@@ -1,0 +1,42 @@
+"""Services that tell of their calls: requests and responses as messages on `<service>/_service_event`."""
+
+from __future__ import annotations
+
+from rcl_interfaces.msg import ParameterDescriptor
+from rclpy.node import Node
+from rclpy.qos import QoSProfile
+from rclpy.service_introspection import ServiceIntrospectionState
+
+from advise_ros.core.errors import InputError
+
+PARAMETER = 'service_introspection'
+STATES = {
+    'off': ServiceIntrospectionState.OFF, 'metadata': ServiceIntrospectionState.METADATA,
+    'contents': ServiceIntrospectionState.CONTENTS,
+}  # fmt: skip
+EVENTS = QoSProfile(depth=100)
+DESCRIPTION = 'what the services of this node publish of each call: nothing, when and by whom, or all of it'
+
+
+def configure(node: Node) -> None:
+    """Declare the parameter and do as it says, for the services that the node has by now but those of parameters.
+
+    Raises:
+        InputError: the parameter is none of off, metadata and contents.
+    """
+    descriptor = ParameterDescriptor(
+        name=PARAMETER, description=DESCRIPTION, additional_constraints=f'allowed: {", ".join(STATES)}', read_only=True,
+        dynamic_typing=True,
+    )
+    wanted = node.declare_parameter(PARAMETER, 'off', descriptor).value
+    if wanted is False:  # YAML reads off as a truth value.
+        return
+    if wanted not in STATES:
+        raise InputError(f'parameter {PARAMETER!r} is {wanted!r}; allowed: {", ".join(STATES)}')
+    if wanted == 'off':
+        return
+    own = f'{node.get_fully_qualified_name()}/'
+    for service in node.services:
+        name = service.service_name
+        if not name.startswith(own) or not name.endswith(('parameters', 'parameter_types', 'type_description')):
+            service.configure_introspection(node.get_clock(), EVENTS, STATES[wanted])
