@@ -79,7 +79,7 @@ def query_view(query: Query, moments: list[View]) -> View:
         'id': query.query_id, 'version': query.policy_version, 'states': list(query.states),
         'question': query.question, 'flown': list(query.demonstrated), 'policy': list(query.policy),
         # Shares of the greatest possible entropy: 1 is "all four directions alike".
-        'disagree': query.demonstration_uncertainty / math.log(N_ACTIONS),
+        'disagree': query.disagreement / math.log(N_ACTIONS), 'scarce': query.scarcity / math.log(N_ACTIONS),
         'unsure': query.policy_uncertainty / math.log(N_ACTIONS),
         'before': list(query.answered_before), 'budget': query.budget_left, 'moments': moments,
     }
@@ -137,8 +137,7 @@ def learner_view(status: msg.LearnerStatus) -> View:
         'budget': int(status.budget_left), 'seconds': float(status.solve_s),
         'contradictions': [int(number) for number in status.contradictions],
         'message': status.message.splitlines()[0] if status.message else '',
-        # A learner that knows when advice is enough says so in these two.
-        'enough': bool(getattr(status, 'enough', False)), 'why_enough': str(getattr(status, 'enough_reason', '')),
+        'enough': status.enough_advice, 'doubt': float(status.doubt_left),
     }
 
 

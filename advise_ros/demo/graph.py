@@ -62,6 +62,10 @@ class DemoGraph:
         """The simulated demonstrator; it ends when all flights are flown."""
         return self._on_grid('pilot', {'flights': self._options.flights, 'seed': self._options.seed}, may_end=True)
 
+    def start_console(self) -> Child:
+        """The page for a person, on any free port; its log tells the address."""
+        return self._node('console', {'port': 0, 'grid_file': self._options.grid_file})
+
     def start_expert(self, seed: int) -> Child:
         return self._on_grid('expert', {'seed': seed}, log=f'expert-{seed}')
 

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 
 from advise_msgs.action import Fly
-from advise_msgs.msg import AdviceQuery, LearnerStatus
+from advise_msgs.msg import AdviceQuery, LearnerStatus, Policy
 from advise_ros.core.advice import AdviceRecord
 from advise_ros.core.demonstration import Demonstration, EndReason
 from advise_ros.core.errors import AdviseError
@@ -29,6 +30,7 @@ STEP_PATIENCE_S = 60.0
 FLIGHT_PATIENCE_S = 300.0
 SETTLE_PATIENCE_S = 15.0
 HUMAN_PATIENCE_S = 86_400.0
+ADDRESS = re.compile(r'http://\S+token=\S+')
 
 
 @dataclass(frozen=True)
@@ -50,6 +52,7 @@ class Session:
     seed: int
     demonstrations: tuple[Demonstration, ...] = ()
     queries: dict[int, AdviceQuery] = field(default_factory=dict)
+    policies: dict[int, Policy] = field(default_factory=dict)
     log: tuple[AdviceRecord, ...] = ()
     flights: list[Flight] = field(default_factory=list)
 
@@ -64,6 +67,7 @@ class Story:
         self._console = console
         self._graph = DemoGraph(options, grid, supervisor)
         self._track_log = TrackLog()
+        self._address = ''
         self.tracks: list[Track] = []
         self.client = GraphClient('demo', supervisor.check)
         self.client.on_pose = self._track_log.on_pose
@@ -81,6 +85,8 @@ class Story:
         session = Session(self._options.seed)
         logger, recorder = self._graph.start_recording(bag)
         learning = self._graph.start_learning(session.seed, None)
+        if self._options.expert == 'human':
+            self._open_page()
         self._fly_demonstrations(session)
         self._before_and_after(session)
         self._supervisor.stop(logger)
@@ -128,7 +134,7 @@ class Story:
         patience = HUMAN_PATIENCE_S if expert is None else FLIGHT_PATIENCE_S
         self.client.wait('the last answer', lambda: self._phase() == LearnerStatus.DONE, patience)
         self.client.wait('the log of the answers', lambda: len(self._log()) >= self._answers(), SETTLE_PATIENCE_S)
-        session.queries = dict(self.client.queries)
+        session.queries, session.policies = dict(self.client.queries), dict(self.client.policies)
         session.log = self._log()
         self._console.say(f'seed {session.seed}: {self._answers()} questions asked and answered')
         self._fly_policy(session, 'after')
@@ -163,9 +169,17 @@ class Story:
         """The simulated expert, or for the main session a person who answers by service call."""
         if self._options.expert == 'simulated' or session.seed != self._options.seed:
             return self._graph.start_expert(session.seed)
-        self._console.say('[bold]Your turn:[/bold] the drone asks, you answer in another terminal.')
+        self._console.say(f'[bold]Your turn:[/bold] the drone asks, you answer on the page ({self._address})')
+        self._console.say('or in another terminal, by ./advise ask.')
         _HumanPrompt(self.client, self._console).install()
         return None
+
+    def _open_page(self) -> None:
+        """Start the page and tell where it is: its address stands in its log."""
+        console = self._graph.start_console()
+        found = self.client.wait('the page', lambda: ADDRESS.search(console.log_path.read_text()), STEP_PATIENCE_S)
+        self._address = found[0]
+        self._console.say(f'[bold]Watch and answer in a browser:[/bold] {self._address}')
 
     # -- flying ------------------------------------------------------------------------------
     def _fly_policy(self, session: Session, policy: str) -> None:

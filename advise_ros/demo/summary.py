@@ -16,6 +16,7 @@ from advise_ros.core.grid import N_ACTIONS, Action
 from advise_ros.core.learn import Learned
 from advise_ros.demo.story import Flight, Session
 from advise_ros.report import pictures
+from advise_ros.ros import convert
 
 PERCENT = 100.0
 
@@ -113,6 +114,7 @@ def page_values(outcome: Outcome) -> dict[str, Any]:
             f'its own demonstrations and mistakes and {outcome.answers_mean:.1f} answers on average; bars with 95 % intervals.'
         ),
         'questions': [_question(main, record) for record in active(outcome.log)],
+        **_asked_pictures(main, active(outcome.log)),
         'flights': [_flight_row(flight) for flight in outcome.flights],
         'demonstrations': [_demonstration_row(demonstration) for demonstration in main.demonstrations],
         'bag': str(outcome.bag),
@@ -164,6 +166,20 @@ def _success(outcome: Outcome) -> Any:
 def _question(session: Session, record: AdviceRecord) -> dict[str, str]:
     query = session.queries.get(record.query_id)
     return {'number': str(record.query_id), 'question': query.question if query else '', 'answer': answer_text(record)}
+
+
+def _asked_pictures(session: Session, records: Sequence[AdviceRecord]) -> dict[str, str]:
+    """What the person saw of each question, as a picture a question: `question_3_svg`."""
+    seen = {}
+    for record in records:
+        query = session.queries.get(record.query_id)
+        policy = session.policies.get(query.policy_version) if query else None
+        if query is not None and policy is not None:
+            picture = pictures.question_figure(
+                convert.grid_from_msg(query.grid), tuple(query.states), np.array(policy.greedy), session.demonstrations,
+            )
+            seen[f'question_{record.query_id}_svg'] = pictures.to_svg(picture)
+    return seen
 
 
 def answer_text(record: AdviceRecord) -> str:

@@ -13,6 +13,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
+from advise_ros.core.counts import count
+from advise_ros.core.demonstration import Demonstration
 from advise_ros.core.grid import ACTION_STEP, Grid
 
 FloatArray = npt.NDArray[np.float64]
@@ -23,6 +25,7 @@ BLUE, VERMILION, PURPLE, GREY = '#0072B2', '#D55E00', '#CC79A7', '#999999'
 CLUSTER_COLOURS = (
     SKY, ORANGE, GREEN, YELLOW, PURPLE, BLUE, VERMILION, GREY, '#B0D0A0', '#C8B8E8', '#E8D8B0', '#A0C8C8',
 )
+LIT = '#FDE7B5'
 PANEL_IN = 2.1
 ARROW_CELLS = 0.44
 SHORTEST_ARROW_CELLS = 0.03
@@ -152,6 +155,23 @@ def tracks_figure(grid: Grid, tracks: Sequence[Track]) -> Figure:
                 axes.plot(*cells[-1], marker='x', color='black', markersize=7, zorder=7)
         reached = sum(track.reached for track in flown)
         axes.set_title(f'{title}\n{reached} of {len(flown)} flights reached the end', fontsize=10)
+    return figure
+
+
+def question_figure(
+    grid: Grid, states: Sequence[int], greedy: npt.NDArray[np.uint8], demonstrations: Sequence[Demonstration],
+) -> Figure:
+    """What a person is shown of a question: its cells lit, what was flown, and what the policy of that time would do."""
+    layers = sorted({grid.next_waypoint(state) for state in states})
+    taken = count(grid, demonstrations).taken
+    flown = taken / np.maximum(taken.sum(axis=1, keepdims=True), 1)
+    figure = Figure(figsize=((PANEL_IN + 0.4) * len(layers), PANEL_IN + 0.9), layout='constrained')
+    for axes, layer in zip(figure.subplots(1, len(layers), squeeze=False)[0], layers, strict=True):
+        draw_map(axes, grid, layer)
+        draw_cells(axes, grid, layer, lambda state: LIT if state in states else None)
+        draw_arrows(axes, grid, layer, flown, BLUE)
+        draw_arrows(axes, grid, layer, 0.45 * one_hot(greedy, flown.shape[1]), 'black')
+        axes.set_title(f'to waypoint {layer + 1}: lit is asked about,\nblue was flown, black would be flown', fontsize=7)
     return figure
 
 

@@ -22,6 +22,7 @@ from support.processes import executable
 from support.walks import GRID_4X4
 
 ROWS, COLUMNS = 50, 160
+PATIENCE_S = 60.0
 RIGHT, SHIFT_LEFT = b'\x1b[C', b'\x1b[1;2D'
 ESCAPES = re.compile(r'\x1b\[[0-9;?]*[a-zA-Z]')
 
@@ -55,7 +56,7 @@ class Typist:
 
     def wait_to_see(self, *texts: str) -> None:
         for text in texts:
-            self._graph.wait_until(lambda wanted=text: self.sees(wanted), what=f'{text!r} on the screen')
+            self._graph.wait_until(lambda wanted=text: self.sees(wanted), PATIENCE_S, f'{text!r} on the screen')
 
     def type(self, keys: bytes) -> None:
         self._read()
@@ -95,7 +96,9 @@ def test_a_question_is_answered_by_single_keys(graph: Graph, learner: Learner, t
     typist.type(RIGHT)
     typist.wait_to_see('You say: EAST right, WEST wrong.', 'cells would change; expected success')
     assert not learner.log, 'a preview commits nothing'
-    typist.type(b'K' + SHIFT_LEFT)
+    typist.type(b'K')
+    typist.wait_to_see('You say: EAST right, NORTH wrong.')
+    typist.type(SHIFT_LEFT)
     typist.wait_to_see('You say: EAST right, NORTH and WEST wrong.')
     typist.type(b'\r')
     typist.wait_to_see('question 2', '1: EAST, not NORTH and WEST, Anna')

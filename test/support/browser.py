@@ -18,7 +18,7 @@ FLAGS = (
     '--headless', '--no-sandbox', '--disable-gpu', '--disable-quic', '--no-first-run', '--disable-background-networking',
     '--disable-component-update', '--disable-sync',
 )
-PATIENCE_MS = 30_000
+PATIENCE_MS = 60_000
 DESKTOP, PHONE = {'width': 1440, 'height': 900}, {'width': 390, 'height': 844}
 
 

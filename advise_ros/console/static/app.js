@@ -184,7 +184,7 @@ export default {
       if (!p) return '';
       if (!p.ok) return p.message;
       const route = p.reaches[1] ? 'reaches the final waypoint' : 'does not reach the final waypoint';
-      return `${count(p.changed.length, 'cell')} would change; the route then ${route}; ${percent(p.success[0])} → ${percent(p.success[1])} expected success (learnt in ${p.seconds.toFixed(1)} s).`;
+      return `${count(p.changed.length, 'cell')} would change; the route then ${route}; ${percent(p.success[0])} → ${percent(p.success[1])} expected success (learnt in ${p.seconds.toFixed(2)} s).`;
     },
     async send() {
       if (!this.isReady || !this.query || this.answered) return;

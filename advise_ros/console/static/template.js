@@ -6,7 +6,7 @@ export default `
     <h1>advise</h1>
     <p class="status" role="status" aria-live="polite" data-test="status">{{ status }}</p>
     <span class="pill" :class="canCommand ? 'good' : 'bad'" data-test="connection">{{ canCommand ? '● live' : '○ cut off' }}</span>
-    <span class="pill" :class="troubled.length ? 'bad' : ''" v-if="(s.nodes || []).length">{{ troubled.length ? '✖ ' + count(troubled.length, 'node') + ' in trouble' : '● ' + count(s.nodes.length, 'node') + ' well' }}</span>
+    <span class="pill" :class="troubled.length ? 'bad' : 'well'" v-if="(s.nodes || []).length">{{ troubled.length ? '✖ ' + count(troubled.length, 'node') + ' in trouble' : '● ' + count(s.nodes.length, 'node') + ' well' }}</span>
     <span class="pill" v-if="s.battery != null" data-test="battery">battery {{ s.battery }} %</span>
     <span class="pill" v-if="people > 1" data-test="people">{{ people }} windows</span>
     <label class="name">Your name <input v-model="by" maxlength="60" autocomplete="name" placeholder="kept with your answers"></label>
@@ -19,13 +19,15 @@ export default `
     <p>If you name only what is right, its opposite counts as wrong; a dashed ✕ shows it before you send.</p>
   </section>
   <main>
+    <div class="right">
     <section class="question card" aria-labelledby="question-title">
       <h2 id="question-title">{{ query ? 'Question ' + query.id : 'No question' }}<small v-if="query && query.budget >= 0"> · {{ count(query.budget, 'answer') }} left</small></h2>
       <p class="ask" data-test="question">{{ asking[0] }} <b v-if="asking[1]">{{ asking[1] }}</b></p>
-      <p class="enough" v-if="learner.enough" data-test="enough">✓ Enough advice: {{ learner.why_enough || 'further answers would change little.' }}</p>
+      <p class="enough" v-if="learner.enough" data-test="enough">✓ Enough advice: more answers would hardly change where it flies.</p>
       <template v-if="query">
         <dl class="why" aria-label="Why it is asked">
           <div><dt>your flights disagree</dt><dd><meter min="0" max="1" :value="query.disagree"></meter> {{ percent(query.disagree) }}</dd></div>
+          <div><dt>seldom flown there</dt><dd><meter min="0" max="1" :value="query.scarce"></meter> {{ percent(query.scarce) }}</dd></div>
           <div><dt>the drone is unsure</dt><dd><meter min="0" max="1" :value="query.unsure"></meter> {{ percent(query.unsure) }}</dd></div>
         </dl>
         <p class="said" v-if="before.length" data-test="before">Said there before: <span v-for="entry in before" :key="entry.id">answer {{ entry.id }} by {{ entry.by || 'someone' }}, {{ said(entry) }} ({{ count(overlap(entry), 'cell') }}). </span></p>
@@ -33,6 +35,44 @@ export default `
       </template>
     </section>
 
+    <section class="answer card" aria-labelledby="answer-title">
+      <h2 id="answer-title">Your answer</h2>
+      <compass v-if="!drawing" :preferred="preferred" :avoided="avoided" :assumed="assumedWrong" :disabled="!open" @prefer="prefer" @avoid="avoid" @clear="clear"></compass>
+      <div v-else class="draw">
+        <p>Draw over the cells that go another way than the rest, by finger or mouse; or move by the arrows and mark by x. They are then asked about apart.</p>
+        <button type="button" @click="splitItself()">Split it for me (s)</button> <button type="button" @click="mixed()">Cancel (m)</button>
+      </div>
+      <p class="sentence" aria-live="polite" data-test="sentence">{{ query ? sentence : 'Nothing to answer now.' }}</p>
+      <p class="preview" aria-live="polite" v-if="preview || previewing" :class="{bad: worse}" data-test="preview">{{ previewText() }}</p>
+      <div class="clash" v-if="clashing.length" role="alert" data-test="clash">
+        <p><b>⚠ {{ clash && clash.soft ? 'Two answers contradict each other.' : 'This contradicts what was said before.' }}</b></p>
+        <ul><li v-for="entry in clashing" :key="entry.id">Answer {{ entry.id }} by {{ entry.by || 'someone' }}: {{ said(entry) }}{{ overlap(entry) ? ', ' + count(overlap(entry), 'cell') + ' of this question' : '' }}
+          <button type="button" @click="retract(entry.id)">Take back answer {{ entry.id }}</button></li></ul>
+        <p v-if="clash && clash.soft"><button type="button" @click="retract(clash.mine)">Take back mine ({{ clash.mine }})</button> <button type="button" @click="clash = null">Keep both</button> The learner weighs them against each other.</p>
+        <p v-else-if="!clash">Or send it: where the learner allows it, both are kept and weighed against each other.</p>
+      </div>
+      <div class="row">
+        <button type="button" class="send" :disabled="!open || !isReady || sending" @click="send()">Send <kbd>Enter</kbd></button>
+        <button type="button" :disabled="!open" @click="avoidOthers()" v-if="!drawing">Others wrong <kbd>o</kbd></button>
+        <button type="button" :disabled="!canCommand" @click="undo()">Undo <kbd>⌫</kbd></button>
+      </div>
+      <div class="row">
+        <button type="button" :disabled="!open || sending" @click="skip()">Skip <kbd>s</kbd></button>
+        <button type="button" :disabled="!open || sending" @click="unsure()">Unsure <kbd>u</kbd></button>
+        <button type="button" :disabled="!open" @click="mixed()" :aria-pressed="String(drawing)">These differ <kbd>m</kbd></button>
+      </div>
+      <label class="note-field">Comment <input class="comment" v-model="comment" maxlength="500" placeholder="optional, kept with the answer"></label>
+      <p class="kept" v-if="kept.length" data-test="kept">{{ count(kept.length, 'answer') }} on the way{{ alarm ? ', kept until the connection is back' : '' }}.</p>
+    </section>
+
+    <section class="card past" aria-labelledby="past-title">
+      <h2 id="past-title">Answers</h2>
+      <p class="progress" data-test="progress">{{ count(learner.answers || 0, 'answer') }} given<template v-if="s.policy"> · expected success now <b>{{ percent(s.policy.success) }}</b><template v-if="!s.policy.reaches">; the route does not reach the end yet</template></template></p>
+      <history :log="s.log" :gains="s.gains" :contradictions="learner.contradictions" :disabled="!canCommand" @retract="retract" @look="looked = $event"></history>
+    </section>
+
+    </div>
+    <div class="left">
     <section class="maps" aria-label="Maps, one a waypoint">
       <div class="head"><h2>On the way to waypoint {{ layer + 1 }}<small v-if="layers[layer]"> · {{ count(layers[layer].asked.size, 'cell') }} asked about</small></h2>
         <div class="layers-shown" role="group" aria-label="What the map shows">
@@ -56,43 +96,8 @@ export default `
       </div>
     </section>
 
-    <section class="answer card" aria-labelledby="answer-title">
-      <h2 id="answer-title">Your answer</h2>
-      <compass v-if="!drawing" :preferred="preferred" :avoided="avoided" :assumed="assumedWrong" :disabled="!open" @prefer="prefer" @avoid="avoid" @clear="clear"></compass>
-      <div v-else class="draw">
-        <p>Draw over the cells that go another way than the rest, by finger or mouse; or move by the arrows and mark by x. They are then asked about apart.</p>
-        <button type="button" @click="splitItself()">Split it for me (s)</button> <button type="button" @click="mixed()">Cancel (m)</button>
-      </div>
-      <p class="sentence" aria-live="polite" data-test="sentence">{{ query ? sentence : 'Nothing to answer now.' }}</p>
-      <p class="preview" aria-live="polite" v-if="preview || previewing" :class="{bad: worse}" data-test="preview">{{ previewText() }}</p>
-      <div class="clash" v-if="clashing.length" role="alert" data-test="clash">
-        <p><b>⚠ {{ clash && clash.soft ? 'Two answers contradict each other.' : 'This contradicts what was said before.' }}</b></p>
-        <ul><li v-for="entry in clashing" :key="entry.id">Answer {{ entry.id }} by {{ entry.by || 'someone' }}: {{ said(entry) }}{{ overlap(entry) ? ', ' + count(overlap(entry), 'cell') + ' of this question' : '' }}
-          <button type="button" @click="retract(entry.id)">Take back answer {{ entry.id }}</button></li></ul>
-        <p v-if="clash && clash.soft"><button type="button" @click="retract(clash.mine)">Take back mine ({{ clash.mine }})</button> <button type="button" @click="clash = null">Keep both</button> The learner weighs them against each other.</p>
-        <p v-else-if="!clash">Or send it: where the learner allows it, both are kept and weighed against each other.</p>
-      </div>
-      <div class="row">
-        <button type="button" class="send" :disabled="!open || !isReady || sending" @click="send()">Send <kbd>Enter</kbd></button>
-        <button type="button" :disabled="!open" @click="avoidOthers()" v-if="!drawing">Others wrong <kbd>o</kbd></button>
-      </div>
-      <div class="row">
-        <button type="button" :disabled="!open || sending" @click="skip()">Skip <kbd>s</kbd></button>
-        <button type="button" :disabled="!open || sending" @click="unsure()">Unsure <kbd>u</kbd></button>
-        <button type="button" :disabled="!open" @click="mixed()" :aria-pressed="String(drawing)">These differ <kbd>m</kbd></button>
-        <button type="button" :disabled="!canCommand" @click="undo()">Undo <kbd>⌫</kbd></button>
-      </div>
-      <label class="note-field">Comment <input class="comment" v-model="comment" maxlength="500" placeholder="optional, kept with the answer"></label>
-      <p class="kept" v-if="kept.length" data-test="kept">{{ count(kept.length, 'answer') }} on the way{{ alarm ? ', kept until the connection is back' : '' }}.</p>
-    </section>
-
-    <section class="card past" aria-labelledby="past-title">
-      <h2 id="past-title">Answers</h2>
-      <p class="progress" data-test="progress">{{ count(learner.answers || 0, 'answer') }} given<template v-if="s.policy"> · expected success now <b>{{ percent(s.policy.success) }}</b><template v-if="!s.policy.reaches">; the route does not reach the end yet</template></template></p>
-      <history :log="s.log" :gains="s.gains" :contradictions="learner.contradictions" :disabled="!canCommand" @retract="retract" @look="looked = $event"></history>
-    </section>
-
     <robot :nodes="s.nodes" :vehicle="s.vehicle" :flight="s.flight" :battery="s.battery" :disabled="!canCommand" @act="act($event)"></robot>
+    </div>
   </main>
   <p class="toast" role="status" aria-live="assertive" :class="{bad: note && note.bad, shown: note}" data-test="note">{{ note ? note.text : '' }}</p>
 </div>`;
