@@ -99,8 +99,8 @@ def parts(case: Case, solution: Any) -> Row:
     policy, _ = timed(lambda: boltzmann(planned.q, 0.1))
     small, settings = make(25), LearnSettings()
     cluster_states(small.grid, Counts(small.taken), settings)  # The first call of all sets threads up.
-    clusters, _ = timed(lambda: cluster_states(case.grid, Counts(case.taken), settings))
-    return {'plan_seconds': planning, 'policy_seconds': policy, 'cluster_seconds': clusters}
+    first, again = (timed(lambda: cluster_states(case.grid, Counts(case.taken), settings))[0] for _ in range(2))
+    return {'plan_seconds': planning, 'policy_seconds': policy, 'first_cluster_seconds': first, 'cluster_seconds': again}
 
 
 def in_own_process(name: str, states: int, walls: bool) -> Row:
@@ -142,9 +142,9 @@ def targets(rows: list[Row]) -> dict[str, Row]:
             aim(f'its gap, {states} states', near['gap'], 1e-6)
             if states == 100_000:
                 aim('peak memory, 100000 states, MB', near['peak_mb'], 600)
-    for part in ('plan', 'policy', 'cluster'):
+    for part, program in (('plan', ''), ('policy', ''), ('cluster', ''), ('first_cluster', 'first_')):
         if ours:
-            share = max(row[f'{part}_seconds'] / row['seconds'] for row in ours.values())
+            share = max(row[f'{part}_seconds'] / row[f'{program}seconds'] for row in ours.values())
             aim(f'largest share of the program: {part}', share, 0.25)
     return found
 

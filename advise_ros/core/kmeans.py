@@ -6,6 +6,7 @@ from functools import lru_cache
 
 import numpy as np
 from sklearn.cluster import KMeans
+from threadpoolctl import ThreadpoolController
 
 from advise_ros.core.numerics import Floats, Ints
 
@@ -25,8 +26,16 @@ def k_means(points: Floats, k: int, seed: int) -> Ints:
 def _fit(points: bytes, weights: tuple[int, ...], k: int, seed: int) -> tuple[int, ...]:
     """Remembered, because answers change neither the demonstrations nor their clusters."""
     rows = np.frombuffer(points).reshape(len(weights), -1)
-    fitted = KMeans(k, n_init=4, random_state=seed).fit(rows, sample_weight=weights)
+    # Threads that wait for each other take fifty times the time of one where other programs are at work too.
+    with _threads().limit(limits=1, user_api='openmp'):
+        fitted = KMeans(k, n_init=4, random_state=seed).fit(rows, sample_weight=weights)
     return tuple(fitted.labels_.tolist())
+
+
+@lru_cache(maxsize=1)
+def _threads() -> ThreadpoolController:
+    """Looking for the libraries that have threads takes longer than a small fit."""
+    return ThreadpoolController()
 
 
 def canonical(labels: Ints) -> Ints:
