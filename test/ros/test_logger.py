@@ -142,6 +142,25 @@ def test_a_publisher_with_a_weaker_profile_is_recorded_too(graph: Graph, tmp_pat
     assert {bag.decode(message).message for message in bag.on('/advise/status')} == {'weak'}
 
 
+def test_messages_of_several_topics_keep_the_order_of_their_arrival(graph: Graph, tmp_path: Path) -> None:
+    logger = start(graph, tmp_path / 'bag', params={'topics': 'words/*'})
+    publishers = [graph.node.create_publisher(String, f'words/{name}', qos.latched(500)) for name in 'cab']
+    graph.wait_until(lambda: all(one.get_subscription_count() == 1 for one in publishers), what='the logger to match')
+    for publisher in publishers:  # Each is heard before the order counts.
+        publisher.publish(String(data='-1'))
+    for topic in ('/words/a', '/words/b', '/words/c'):
+        recorded(graph, topic, 1)
+    for number in range(300):
+        publishers[number % 3].publish(String(data=str(number)))
+    recorded(graph, '/words/b', 101)
+    assert stop(logger) == 0
+    bag = Bag(tmp_path / 'bag', ANY)
+    heard = [int(bag.decode(message).data) for message in bag.messages]
+    assert [number for number in heard if number >= 0] == list(range(300))
+    times = [message.log_time_ns for message in bag.messages]
+    assert times == sorted(times)
+
+
 def test_log_times_are_simulated_times(graph: Graph, tmp_path: Path) -> None:
     logger = start(graph, tmp_path / 'bag', params={'use_sim_time': True})
     clock = graph.publisher('/clock', Clock, QoSProfile(depth=10))
