@@ -102,6 +102,8 @@ class Companion:
     def _lose_link(self) -> None:
         self._asked.clear()
         self.vehicle.heard_at_s.clear()
+        # Its mode may have changed meanwhile: whatever else is heard first, only a new heartbeat tells.
+        self.vehicle.heartbeat_at_s = -math.inf
         if self._machine is not None:
             self._machine.lose_link()
 

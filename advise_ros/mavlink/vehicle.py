@@ -16,6 +16,8 @@ Address = tuple[str, int]
 
 # A text is put together from chunks of 50 characters up to this.
 LONGEST_TEXT = 400
+# The mode is in the heartbeat: without one for this many time-outs the link counts as lost whatever else is heard.
+HEARTBEATS_LOST = 3.0
 # Older than this, a position's time is that of before a reboot, and no late message.
 REBOOT_MS = 5000
 
@@ -77,6 +79,7 @@ class Vehicle:
     address: Address | None = None
     autopilot: int = 0
     heartbeat_at_s: float = -math.inf
+    heard_s: float = -math.inf
     armed: bool = False
     custom_mode: int | None = None
     health: int | None = None
@@ -97,8 +100,9 @@ class Vehicle:
     _chunks: tuple[int, int, str] = (0, 0, '')
 
     def connected(self, now_s: float) -> bool:
-        """Whether heartbeats arrive."""
-        return now_s - self.heartbeat_at_s <= self.heartbeat_timeout_s
+        """Whether it is heard. A bad link loses some heartbeats in a row; what comes between them shows that it lives."""
+        heard = now_s - self.heard_s <= self.heartbeat_timeout_s
+        return heard and now_s - self.heartbeat_at_s <= HEARTBEATS_LOST * self.heartbeat_timeout_s
 
     @property
     def name(self) -> str:
@@ -121,7 +125,7 @@ class Vehicle:
         if not mav.is_plausible(message):
             self.refused_numbers += 1
             return False
-        self.heard_at_s[message_id] = now_s
+        self.heard_s = self.heard_at_s[message_id] = now_s
         handler = _HANDLERS.get(message_id)
         if handler is not None:
             handler(self, message, now_s)
