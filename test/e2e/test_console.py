@@ -56,6 +56,10 @@ def test_a_newcomer_answers_by_mouse_and_sees_before_what_it_changes(
     asked = learner.query_of(learner.policies[-1])
     anna.shows('question', asked.question.rpartition('. ')[0])
     assert anna.pixels(ASKED) > SOME and anna.pixels(CHANGED) == 0
+    anna.page.get_by_label('unsure').check()  # The heat layer lies where the question was lit; its border stays.
+    graph.wait_until(lambda: anna.pixels(ASKED) == 0, what='the heat layer')
+    anna.press('h')
+    graph.wait_until(lambda: anna.pixels(ASKED) > SOME, what='the lit question')
     anna.click('^EAST')
     anna.shows('sentence', 'You say: EAST is right, WEST is wrong.')
     anna.shows('preview', 'expected success')

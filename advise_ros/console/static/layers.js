@@ -37,7 +37,7 @@ export function layerViews(page) {
   if (preview?.ok) perLayer(map, preview.changed, (layer, cell, index) => changes[layer].set(cell, preview.actions[index]));
   const flown = s.flown && flownPerLayer(map, s.flown), policy = s.policy?.greedy.length === size * map.layers ? s.policy : null;
   return Array.from({ length: map.layers }, (_, layer) => ({
-    layer, asked: asked[layer], part: part[layer], clash: clash[layer], changes: changes[layer], show, next: layer,
+    layer, asked: asked[layer], part: part[layer], clash: clash[layer], changes: changes[layer], show: { ...show }, next: layer,
     final: layer === map.layers - 1 ? map.waypoints[layer] : -1, flown: flown && flown[layer],
     greedy: policy && policy.greedy.slice(layer * size, (layer + 1) * size),
     unsure: policy && policy.unsure.slice(layer * size, (layer + 1) * size),

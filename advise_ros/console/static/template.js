@@ -19,7 +19,7 @@ export default `
     <p>If you name only what is right, its opposite counts as wrong; a dashed ✕ shows it before you send.</p>
   </section>
   <main>
-    <div class="right">
+    <div class="side">
     <section class="question card" aria-labelledby="question-title">
       <h2 id="question-title">{{ query ? 'Question ' + query.id : 'No question' }}<small v-if="query && query.budget >= 0"> · {{ count(query.budget, 'answer') }} left</small></h2>
       <p class="ask" data-test="question">{{ asking[0] }} <b v-if="asking[1]">{{ asking[1] }}</b></p>
@@ -72,7 +72,7 @@ export default `
     </section>
 
     </div>
-    <div class="left">
+    <div class="main">
     <section class="maps" aria-label="Maps, one a waypoint">
       <div class="head"><h2>On the way to waypoint {{ layer + 1 }}<small v-if="layers[layer]"> · {{ count(layers[layer].asked.size, 'cell') }} asked about</small></h2>
         <div class="layers-shown" role="group" aria-label="What the map shows">
