@@ -1,5 +1,5 @@
 # `make` alone lists what there is. Set-up is done by whatever needs it, and only what is out of date.
-.PHONY: help setup demo test test-console chromium fuzz ledger-recording lint lock clean
+.PHONY: help setup demo test test-console chromium fuzz promises ledger-recording lint lock clean
 .DEFAULT_GOAL := help
 
 # Set-up by a certain Python: make PYTHON=python3.12 setup
@@ -31,6 +31,9 @@ chromium:  ## the browser that the page's tests drive; installed by apt-get wher
 
 fuzz: setup  ## coverage-guided fuzzing of what reads others' bytes, a minute a target (ARGS='framing --seconds 3600')
 	@exec ./advise python test/fuzz/run.py $(ARGS)
+
+promises: setup  ## what docs/safety.md promises, with everything broken many times: hours (a part: ARGS='--only deaths --trials 10')
+	@exec nice ./advise python tools/promises.py $(ARGS)
 
 ledger-recording: setup  ## recordings killed, cut off, flipped and out of disk: what is lost, against what is promised
 	@exec nice ./advise python tools/ledger_recording.py $(ARGS)

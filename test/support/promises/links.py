@@ -17,6 +17,8 @@ from support.promises.rig import Rig, flying
 
 CUTS_S = (0.1, 30.0)
 BAD_S = 20.0
+# What a setpoint is sent for: a pose by way of the policy, a tick of the guard, a tick of the bridge.
+POSES_HZ, GUARD_HZ, BRIDGE_HZ = 50.0, 20.0, 20.0
 BAD = {
     '30 % lost': Wire(loss=0.3),
     '0.5 s late': Wire(delay_s=0.5),
@@ -71,8 +73,8 @@ def _moved_on(rig: Rig, since_s: float, until_s: float) -> float:
 def _burst(rig: Rig, began_s: float) -> list[str]:
     """Setpoints of before the cut that were kept and sent when the radio came back."""
     time.sleep(0.2)
-    sent = rig.tap.commands_since(began_s)
-    most = round(0.2 / 0.02) + 5  # One for each pose and each tick.
+    sent = [command for command in rig.tap.commands_since(began_s) if command.at_s < began_s + 0.2]
+    most = 2 * round(0.2 * (POSES_HZ + GUARD_HZ + BRIDGE_HZ))
     return [f'{len(sent)} setpoints in the first 0.2 s'] if len(sent) > most else []
 
 
@@ -93,7 +95,7 @@ def disturb(rig: Rig, trouble: str, trials: int, seconds: float) -> list[Row]:
         rig.start('policy')
     limit = ZERO_LIMIT_S
     return [
-        row(('the fence', f'radio: {trouble}', 'metres outside'), outside, FENCE_LIMIT_M),
+        Row('the fence', f'radio: {trouble}', 'metres outside', len(outside), max(outside), FENCE_LIMIT_M),
         row(('zero velocity', f'policy killed, radio: {trouble}', 'seconds until it is commanded'), zeros, limit),
     ]
 

@@ -10,7 +10,7 @@ from support.promises import clocks, deaths, links
 from support.promises.ledger import Row
 from support.promises.rig import Settings, flying
 
-CUT_S, BAD_S = 6.0, 4.0
+CUT_S, BAD_S = 4.0, 2.0
 
 
 def run(folder: Path, rng: np.random.Generator, trials: int) -> list[Row]:
