@@ -26,6 +26,7 @@ class Demonstrator:
         demonstrations: how many.
         steps: of each, at most.
         restarts: 'uniform' starts each anywhere, 'start' where an evaluated policy starts.
+        kinds: of states that he gets wrong, 'any' or the 'largest' first.
         mistake_share: share of the states that he gets wrong again and again.
         mistake_rate: share of the actions there that are the mistake.
         noise_rate: share of the actions, everywhere, that are random.
@@ -34,6 +35,7 @@ class Demonstrator:
     demonstrations: int
     steps: int
     restarts: str = 'uniform'
+    kinds: str = 'any'
     mistake_share: float = 0.25
     mistake_rate: float = 0.75
     noise_rate: float = 0.1
@@ -45,11 +47,13 @@ class Mistakes(NamedTuple):
     action: Ints
 
 
-def draw_mistakes(domain: Domain, share: float, rng: np.random.Generator) -> Mistakes:
-    """Kinds of states in random order, each with one wrong action, until `share` of the states is reached."""
-    left = round(share * len(domain.acting))
+def draw_mistakes(domain: Domain, person: Demonstrator, rng: np.random.Generator) -> Mistakes:
+    """One kind of states after the other, each with one wrong action, until the share of the states is reached."""
+    left = round(person.mistake_share * len(domain.acting))
     wrong = np.full(domain.mdp.n_states, -1)
-    for kind in rng.permutation(np.unique(domain.habit[domain.acting])):
+    kinds, sizes = np.unique(domain.habit[domain.acting], return_counts=True)
+    order = np.argsort(-sizes, kind='stable') if person.kinds == 'largest' else rng.permutation(len(kinds))
+    for kind in kinds[order]:
         states = rng.permutation(np.flatnonzero(domain.habit == kind))
         action = _wrong_action(domain.optimal[states], rng)
         states = states[~domain.optimal[states, action]][:left]
@@ -77,7 +81,7 @@ def behaviour(domain: Domain, person: Demonstrator, mistakes: Mistakes) -> Float
 
 def demonstrate(domain: Domain, person: Demonstrator, rng: np.random.Generator) -> Counts:
     """What all demonstrations of one person did in each state."""
-    shares = behaviour(domain, person, draw_mistakes(domain, person.mistake_share, rng))
+    shares = behaviour(domain, person, draw_mistakes(domain, person, rng))
     start = uniform_over(~domain.ended) if person.restarts == 'uniform' else domain.start
     here = rng.choice(domain.mdp.n_states, size=person.demonstrations, p=start)
     taken = np.zeros(shares.shape, dtype=np.int64)

@@ -12,7 +12,7 @@ from advise_ros.domains.domain import Domain, Measure
 
 SIZE = 5
 START, GOAL = (0, 0), (4, 4)  # (column, row), rows counted from the top as in figure 2.
-OBSTACLES = ((1, 1), (3, 1), (1, 3), (3, 3))
+OBSTACLES = ((1, 0), (1, 1), (3, 2), (3, 3), (1, 4))
 MOVES = {'up': (0, -1), 'right': (1, 0), 'down': (0, 1), 'left': (-1, 0)}
 GAMMA = 0.95
 HORIZON = 50

@@ -1,66 +1,61 @@
-"""STATECLUSTERING in any domain: the paper's, its extremes, and ideal clusters with states displaced (figure 6)."""
+"""STATECLUSTERING in any domain: the core's by name, its extremes, and ideal clusters with states displaced (figure 6)."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 
-from advise_ros.core.clusters import NO_CLUSTER, canonical, k_means
-from advise_ros.core.numerics import Floats, Ints
+from advise_ros.core import clusterings
+from advise_ros.core.clusterings import Terrain, Wanted
+from advise_ros.core.clusters import NO_CLUSTER
+from advise_ros.core.counts import Counts
+from advise_ros.core.kmeans import canonical
+from advise_ros.core.numerics import Ints
 from advise_ros.domains.domain import Domain
+from advise_ros.experiments.method import Method, Protocol
 
 
 class Clustering(NamedTuple):
     """What a clustering may look at.
 
     Attributes:
-        distribution: (n, n_actions) the demonstrator's, smoothed.
-        clusters: k.
-        features: weight of the states' structure.
-        quality: share of the states that stay in their ideal cluster.
+        counts: what was demonstrated.
         seed: of k-means++.
         rng: of displacements.
     """
 
     domain: Domain
-    distribution: Floats
-    clusters: int
-    features: float
-    quality: float
+    protocol: Protocol
+    counts: Counts
     seed: int
     rng: np.random.Generator
 
+    def labels(self, method: Method) -> Ints:
+        """(n,) labels, numbered by the lowest state of each cluster; NO_CLUSTER where the task has ended."""
+        acting = self.domain.acting
+        labels = np.full(self.domain.mdp.n_states, NO_CLUSTER)
+        if method.clustering == 'states':
+            labels[acting] = np.arange(len(acting))
+        elif method.clustering == 'ideal':
+            labels[acting] = canonical(self._ideal(method.quality))
+        else:
+            labels[acting] = self._found(method)
+        return labels
 
-def _k_means(given: Clustering) -> Ints:
-    points = given.distribution[given.domain.acting]
-    if given.features > 0.0:
-        points = np.hstack([points, given.features * given.domain.features[given.domain.acting]])
-    return k_means(points, given.clusters, given.seed)
+    def _ideal(self, quality: float) -> Ints:
+        """States with the same optimal action; `1 - quality` of them displaced into another cluster, drawn evenly."""
+        kinds, labels = np.unique(self.domain.habit[self.domain.acting], return_inverse=True)
+        displaced = self.rng.permutation(len(labels))[: round((1.0 - quality) * len(labels))]
+        labels[displaced] = (labels[displaced] + self.rng.integers(1, len(kinds), len(displaced))) % len(kinds)
+        return labels
 
-
-def _states(given: Clustering) -> Ints:
-    return np.arange(len(given.domain.acting))
-
-
-def _ideal(given: Clustering) -> Ints:
-    """States with the same optimal action; `1 - quality` of them displaced into another cluster, drawn evenly."""
-    kinds, labels = np.unique(given.domain.habit[given.domain.acting], return_inverse=True)
-    displaced = given.rng.permutation(len(labels))[: round((1.0 - given.quality) * len(labels))]
-    labels[displaced] = (labels[displaced] + given.rng.integers(1, len(kinds), len(displaced))) % len(kinds)
-    return labels
-
-
-# The cluster of each acting state.
-CLUSTERINGS: dict[str, Callable[[Clustering], Ints]] = {'k_means': _k_means, 'states': _states, 'ideal': _ideal}
-
-
-def cluster(name: str, given: Clustering) -> Ints:
-    """(n,) labels, numbered by the lowest state of each cluster; NO_CLUSTER where the task has ended."""
-    labels = np.full(given.domain.mdp.n_states, NO_CLUSTER)
-    labels[given.domain.acting] = canonical(CLUSTERINGS[name](given))
-    return labels
+    def _found(self, method: Method) -> Ints:
+        """By one of the core's clusterings."""
+        domain, acting = self.domain, self.domain.acting
+        terrain = Terrain(domain.mdp, acting, self.counts.taken[acting], self.protocol.laplace, domain.features[acting])
+        number = self.protocol.clusters if method.clusters is None else method.clusters
+        return clusterings.cluster(method.clustering, terrain, Wanted(number, method.features, self.seed))
 
 
 def quality(domain: Domain, labels: Ints) -> float:

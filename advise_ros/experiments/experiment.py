@@ -3,90 +3,161 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from matplotlib.figure import Figure
 
 from advise_ros.core.errors import InputError
 from advise_ros.domains import find
-from advise_ros.experiments import plots
-from advise_ros.experiments.figures import Row5, Trials, figure5_rows, tasks
-from advise_ros.experiments.method import METHODS, Method
+from advise_ros.domains.domain import Domain
+from advise_ros.experiments import acquisitions, figures, plots
+from advise_ros.experiments.figures import Row5, Row6, Slope, Trials
+from advise_ros.experiments.interview import with_errors
+from advise_ros.experiments.method import METHODS, Method, Protocol
 from advise_ros.experiments.protocols import protocol_for
-from advise_ros.experiments.runner import Performer as Where
-from advise_ros.experiments.runner import run
+from advise_ros.experiments.runner import Performer, run
 from advise_ros.experiments.store import Store
 
-__all__ = ['EXPERIMENTS', 'Experiment', 'Request', 'Where']
-
 TRIALS = 100
+# The paper took 250 for the quality of Sailing's clusters.
+QUALITY_TRIALS = {'sailing': 250}
+Progress = Callable[[str, int, int], None]
 
 
 class Request(NamedTuple):
     """What a user asked for.
 
     Attributes:
-        experiment: of EXPERIMENTS.
-        domains: names, or .npz files.
+        domains: names, or .npz files; None for those of the experiment.
         methods: names.
         trials: None for each experiment's own number.
         seed: of the first trial.
         out: directory.
     """
 
-    experiment: str
-    domains: tuple[str, ...]
+    domains: tuple[str, ...] | None
     methods: tuple[str, ...]
     trials: int | None
     seed: int
     out: Path
 
-    def fulfil(self, where: Where, progress: Callable[[str, int, int], None]) -> list[Path]:
-        """Run what is missing and write the figures; returns the files.
+    def in_domains(self, default: Sequence[str]) -> Iterator[tuple[str, Domain, Protocol]]:
+        """Each domain asked for, with its protocol."""
+        for name in self.domains or default:
+            yield name, find(name), protocol_for(name)
 
-        Raises:
-            InputError: a domain is unknown or the directory cannot be written.
-        """
-        with Store(self.out / 'trials.jsonl') as store, plots.in_style():
-            return EXPERIMENTS[self.experiment].run(self, store, where, progress)
 
-    def chosen_methods(self) -> tuple[Method, ...]:
-        """The methods in the figures' order."""
-        return tuple(METHODS[name] for name in METHODS if name in self.methods)
+class Bench(NamedTuple):
+    """Where trials run and are kept."""
+
+    store: Store
+    performer: Performer
+    progress: Progress
+
+    def run(self, title: str, kind: str, protocol: Protocol, methods: tuple[Method, ...], trials: Trials) -> None:
+        """The trials that are not there yet."""
+        run(figures.tasks(kind, protocol, methods, trials), self.store, self.performer, partial(self.progress, title))
+
+
+def fulfil(names: Sequence[str], request: Request, performer: Performer, progress: Progress) -> list[Path]:
+    """Run what is missing and write the figures; returns the files.
+
+    Args:
+        names: of EXPERIMENTS.
+        request: what is asked for.
+        performer: where trials run.
+        progress: told title, trials done and trials in all.
+
+    Raises:
+        InputError: a domain or the cluster is unknown, or the directory cannot be written.
+    """
+    with Store(request.out / 'trials.jsonl') as store, plots.in_style():
+        bench = Bench(store, performer, progress)
+        return [path for name in names for path in EXPERIMENTS[name].run(request, bench)]
 
 
 class Experiment(NamedTuple):
     """One subcommand."""
 
     about: str
-    run: Callable[[Request, Store, Where, Callable[[str, int, int], None]], list[Path]]
+    run: Callable[[Request, Bench], list[Path]]
+    in_all: bool = True
 
 
-def _figure5(request: Request, store: Store, where: Where, progress: Callable[[str, int, int], None]) -> list[Path]:
-    trials, methods = Trials(request.trials or TRIALS, request.seed), request.chosen_methods()
+PAPERS = ('wumpus', 'sailing', 'traffic', 'drone')
+
+
+def _figure5(request: Request, bench: Bench) -> list[Path]:
+    trials = Trials(request.trials or TRIALS, request.seed)
+    methods = tuple(METHODS[name] for name in METHODS if name in request.methods)
     rows: list[Row5] = []
     measures: dict[str, str] = {}
-    for name in request.domains:
-        protocol = protocol_for(name)
-        run(tasks('curves', protocol, methods, trials), store, where, partial(progress, f'figure 5, {name}'))
-        domain = find(name)
+    for _, domain, protocol in request.in_domains(PAPERS):
+        bench.run(f'figure 5, {domain.name}', 'curves', protocol, methods, trials)
         measures[domain.name] = domain.measure.value
-        rows += figure5_rows(store, domain.name, protocol, methods, trials)
-    return _write(request.out / 'figure5', rows, plots.figure5(rows, measures))
+        rows += figures.figure5_rows(bench.store, domain.name, protocol, methods, trials)
+    return _write(request.out / 'figure5', [row._asdict() for row in rows], plots.figure5(rows, measures))
 
 
-def _write(stem: Path, rows: list[Row5], figure: Figure) -> list[Path]:
-    try:
-        stem.with_suffix('.json').write_text(json.dumps([row._asdict() for row in rows], indent=1) + '\n', encoding='utf-8')
-    except OSError as problem:
-        raise InputError(f'{stem}.json cannot be written ({problem.strerror}); name another directory') from problem
+def _figure6(request: Request, bench: Bench) -> list[Path]:
+    trials = Trials(request.trials or TRIALS, request.seed)
+    rows: list[Row6] = []
+    slopes: list[Slope] = []
+    for _, domain, protocol in request.in_domains(('wumpus', 'sailing', 'drone')):
+        if not domain.measure.higher_is_better:
+            raise InputError(f"figure 6 is relative to a share of goals reached; domain '{domain.name}' measures waits")
+        bench.run(f'figure 6, {domain.name}', 'curves', protocol, figures.FIGURE6_METHODS, trials)
+        points, slope = figures.figure6_rows(bench.store, domain.name, protocol, trials)
+        rows += points
+        slopes.append(slope)
+    content = {'rows': [row._asdict() for row in rows], 'slopes': [slope._asdict() for slope in slopes]}
+    return _write(request.out / 'figure6', content, plots.figure6(rows))
+
+
+def _clusters(request: Request, bench: Bench) -> list[Path]:
+    rows = []
+    for name, domain, protocol in request.in_domains(PAPERS):
+        trials = Trials(request.trials or QUALITY_TRIALS.get(name, TRIALS), request.seed)
+        bench.run(f'clusters, {domain.name}', 'quality', protocol, (figures.CLUSTERED,), trials)
+        rows.append(figures.quality_row(bench.store, domain.name, protocol, domain.mdp.n_actions, trials))
+    return _write(request.out / 'clusters', [row._asdict() for row in rows], plots.clusters(rows))
+
+
+def _acquisitions(request: Request, bench: Bench) -> list[Path]:
+    trials = Trials(request.trials or TRIALS, request.seed)
+    rows: list[acquisitions.Row] = []
+    for _, domain, protocol in request.in_domains(PAPERS):
+        for rate in acquisitions.ERRORS:
+            people, title = with_errors(protocol, rate), f'acquisitions, {domain.name}, {rate:.0%} errors'
+            bench.run(title, 'interview', people, acquisitions.VARIANTS, trials)
+        rows += acquisitions.rows(bench.store, domain, protocol, trials)
+    stem = request.out / 'acquisitions'
+    written = _save(stem, [row._asdict() for row in rows])
+    stem.with_suffix('.md').write_text(acquisitions.table(rows), encoding='utf-8')
+    return [written, stem.with_suffix('.md')]
+
+
+def _write(stem: Path, content: Any, figure: Figure) -> list[Path]:
+    written = _save(stem, content)
     plots.save(figure, stem)
-    return [stem.with_suffix(suffix) for suffix in ('.json', '.png', '.svg')]
+    return [written, *(stem.with_suffix(suffix) for suffix in ('.png', '.svg'))]
+
+
+def _save(stem: Path, content: Any) -> Path:
+    path = stem.with_suffix('.json')
+    try:
+        path.write_text(json.dumps(content, indent=1) + '\n', encoding='utf-8')
+    except OSError as problem:
+        raise InputError(f'{path} cannot be written ({problem.strerror}); name another directory') from problem
+    return path
 
 
 EXPERIMENTS = {
     'figure5': Experiment('performance against the number of questions, method by method', _figure5),
+    'figure6': Experiment('performance against the quality of the clusters', _figure6),
+    'clusters': Experiment('quality of the clusters that k-means finds', _clusters),
+    'acquisitions': Experiment(acquisitions.ABOUT, _acquisitions, in_all=False),
 }

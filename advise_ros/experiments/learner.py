@@ -6,11 +6,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from advise_ros.core.acquisition import Ranking, select, unexplained
 from advise_ros.core.counts import Counts
 from advise_ros.core.mdp import boltzmann, occupancy, plan
 from advise_ros.core.numerics import Bools, Floats, Ints, is_best
 from advise_ros.core.program import Evidence, Preference, Solution, pose
-from advise_ros.core.uncertainty import Ranking, select, uncertainty
+from advise_ros.core.uncertainty import sources, uncertainty
 from advise_ros.domains.domain import Domain, split_ties
 from advise_ros.domains.people import Advice
 from advise_ros.experiments.method import Method, Protocol
@@ -21,11 +22,13 @@ class Fitted(NamedTuple):
     """The policy that follows from the evidence.
 
     Attributes:
+        q: (n, n_actions).
         probabilities: (n, n_actions) Boltzmann policy.
         performance: of the greedy policy, ties divided.
         solution: of equation (1).
     """
 
+    q: Floats
     probabilities: Floats
     performance: float
     solution: Solution
@@ -36,9 +39,9 @@ def fit(
 ) -> Fitted:
     """IRL of algorithm 1 and the performance of what it learnt."""
     problem = pose(domain.mdp, Evidence(counts.favourite(), advice), protocol.terms)
-    solution = optimum(problem, near)
+    solution = optimum(problem, protocol.solver, near)
     q = plan(domain.mdp, solution.reward, solution.value).q
-    return Fitted(boltzmann(q, protocol.temperature), domain.performance(split_ties(is_best(q))), solution)
+    return Fitted(q, boltzmann(q, protocol.temperature), domain.performance(split_ties(is_best(q))), solution)
 
 
 def preference(advice: Advice) -> Preference:
@@ -51,19 +54,31 @@ class Asking(NamedTuple):
 
     Attributes:
         labels: (n,) clusters.
-        distribution: (n, n_actions) the demonstrator's, smoothed.
+        counts: what was demonstrated.
+        rng: for orders that draw.
     """
 
     domain: Domain
     protocol: Protocol
     method: Method
     labels: Ints
-    distribution: Floats
+    counts: Counts
     rng: np.random.Generator
+
+    @property
+    def blind(self) -> bool:
+        """Whether the choice does not look at the policy."""
+        return self.method.acquisition == 'random' or (self.method.acquisition == 'paper' and self.protocol.w_p == 1.0)
 
     def choose(self, fitted: Fitted, asked: Bools) -> int | None:
         """SELECTQUERY: the cluster to ask about next, each once; None when all were."""
-        unsure = uncertainty(self.distribution, fitted.probabilities, self.protocol.w_p)
-        visits = occupancy(self.domain.mdp, fitted.probabilities, self.domain.start)
-        ranking = Ranking(self.labels, unsure.state, visits, self.protocol.score, self.rng)
+        protocol, mdp = self.protocol, self.domain.mdp
+        distribution = self.counts.distribution(protocol.laplace)
+        # What does not look at the policy is not kept waiting for its visits.
+        visits = np.empty(0) if self.blind else occupancy(mdp, fitted.probabilities, self.domain.start)
+        ranking = Ranking(
+            self.labels, uncertainty(distribution, fitted.probabilities, protocol.w_p).state, visits, protocol.score,
+            self.rng, *sources(self.counts.taken, protocol.laplace),
+            unexplained(fitted.q, self.counts.favourite(), protocol.terms.margin_cap), int(asked.sum()),
+        )
         return select(self.method.acquisition, ranking, ~asked)

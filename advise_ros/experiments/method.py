@@ -14,8 +14,8 @@ class Method:
 
     Attributes:
         name: as in the figures.
-        clustering: of `clusterings.CLUSTERINGS`.
-        acquisition: of `core.uncertainty.ACQUISITIONS`; '' asks nothing.
+        clustering: of `core.clusterings.CLUSTERINGS`; 'states' asks about each alone, 'ideal' knows the optimal actions.
+        acquisition: of `core.acquisition.ACQUISITIONS`; '' asks nothing.
         reading: of equation (1).
         clusters: k.
         features: weight of the states' structure beside the demonstrator's distribution.
@@ -55,21 +55,28 @@ class Protocol:
         domain: name, or an .npz file.
         demonstrator, expert: who shows and who answers.
         clusters: k of k-means.
-        budget: questions.
+        points: numbers of questions, ascending from 0, after which the policy is looked at.
         terms: constants and reading of equation (1).
         w_p: weight of F in U_s (definition 3).
         temperature: of the Boltzmann policy.
         laplace: added to each count.
         score: 'mean' (definition 4) or 'sum' (algorithm 1).
+        solver: of equation (1), by name, so that a new default changes no figure.
     """
 
     domain: str
     demonstrator: Demonstrator
     clusters: int
-    budget: int = 10
+    points: tuple[int, ...] = tuple(range(11))
     expert: Expert = field(default_factory=Expert)
     terms: Terms = field(default_factory=Terms)
-    w_p: float = 0.5
+    w_p: float = 1.0
     temperature: float = 1.0
-    laplace: float = 1.0
+    laplace: float = 0.1
     score: str = 'mean'
+    solver: str = 'highs'
+
+    @property
+    def budget(self) -> int:
+        """Questions in all."""
+        return self.points[-1]

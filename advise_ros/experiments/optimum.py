@@ -14,10 +14,10 @@ FEW = 1000
 MISSED = 1e-6
 # A row is taken along when its margin is within this share of the cap of its state's least.
 NEAR = 0.25
-WORST = 6
+WORST = 4
 
 
-def optimum(problem: Problem, near: Solution | None) -> Solution:
+def optimum(problem: Problem, solver: str, near: Solution | None) -> Solution:
     """An optimum of the whole program.
 
     Rows that the optimum of a smaller program misses are added until none is missed, which makes it an optimum
@@ -25,33 +25,56 @@ def optimum(problem: Problem, near: Solution | None) -> Solution:
 
     Args:
         problem: the whole.
+        solver: of `core.solve`.
         near: the optimum of a neighbouring problem.
     """
-    pairs = problem.demonstration_pairs
-    if near is None or len(pairs.states) < FEW:
-        return solve(problem)
+    groups = (problem.demonstration_pairs, problem.advice_pairs)
+    if near is None or sum(len(pairs.states) for pairs in groups) < FEW:
+        return solve(problem, solver)
     cap = min(problem.terms.cap, 1.0)
-    margins = pairs.margins(problem.mdp.expected(near.value))
-    wanted = _below(pairs, margins, _least(pairs, margins, cap) + NEAR * cap, len(margins))
+    ceilings = (cap, cap + problem.terms.delta)
+    expected = problem.mdp.expected(near.value)
+    wanted = [_near(pairs, pairs.margins(expected), ceiling, cap) for pairs, ceiling in zip(groups, ceilings, strict=True)]
     while True:
-        solution = solve(problem._replace(demonstration_pairs=Pairs(*(column[wanted] for column in pairs))))
-        margins = pairs.margins(problem.mdp.expected(solution.value))
-        kept = np.where(wanted, margins, np.inf)
-        missed = _below(pairs, margins, _least(pairs, kept, cap) - MISSED, WORST)
-        if not missed.any():
+        solution = solve(_restricted(problem, wanted), solver)
+        expected = problem.mdp.expected(solution.value)
+        missed = [
+            _missed(pairs, pairs.margins(expected), kept, ceiling)
+            for pairs, kept, ceiling in zip(groups, wanted, ceilings, strict=True)
+        ]
+        if not any(more.any() for more in missed):
             return solution
-        wanted |= missed
+        wanted = [kept | more for kept, more in zip(wanted, missed, strict=True)]
 
 
-def _least(pairs: Pairs, margins: Floats, cap: float) -> Floats:
-    """(m,) xi of each row's state: the least of its margins, or the cap."""
+def _restricted(problem: Problem, wanted: list[Bools]) -> Problem:
+    demonstrations, advice = wanted
+    return problem._replace(
+        demonstration_pairs=Pairs(*(column[demonstrations] for column in problem.demonstration_pairs)),
+        advice_pairs=Pairs(*(column[advice] for column in problem.advice_pairs)),
+    )
+
+
+def _near(pairs: Pairs, margins: Floats, ceiling: float, cap: float) -> Bools:
+    return _below(pairs, margins, _least(pairs, margins, ceiling) + NEAR * cap, len(margins))
+
+
+def _missed(pairs: Pairs, margins: Floats, kept: Bools, ceiling: float) -> Bools:
+    """Rows below the margin that the kept ones leave their state, the worst few of each."""
+    return _below(pairs, margins, _least(pairs, np.where(kept, margins, np.inf), ceiling) - MISSED, WORST)
+
+
+def _least(pairs: Pairs, margins: Floats, ceiling: float) -> Floats:
+    """(m,) the least margin of each row's state, at most the ceiling beyond which more earns nothing."""
+    if not len(margins):
+        return margins
     starts = np.flatnonzero(np.diff(pairs.states, prepend=-1))
-    least = np.minimum(np.minimum.reduceat(margins, starts), cap)
+    least = np.minimum(np.minimum.reduceat(margins, starts), ceiling)
     return np.repeat(least, np.diff(starts, append=len(margins)))
 
 
 def _below(pairs: Pairs, margins: Floats, limit: Floats, most: int) -> Bools:
-    """The rows below or at their limit, at most so many of a state, lowest first; ties to the first."""
+    """The rows at or below their limit, at most so many of a state, lowest first."""
     order = np.lexsort((margins, pairs.states))
     starts = np.flatnonzero(np.diff(pairs.states, prepend=-1))
     rank = np.empty(len(margins), dtype=np.int64)

@@ -11,11 +11,12 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from advise_ros.core.errors import InputError
-from advise_ros.experiments.figures import Row5
+from advise_ros.experiments.figures import QualityRow, Row5, Row6
 
+BLUE = '#0072B2'
 # Okabe and Ito's colours, told apart by colour-blind readers; marker and line tell the methods apart in print.
 STYLES: dict[str, dict[str, Any]] = {
-    'clustered': {'color': '#0072B2', 'marker': 'o', 'label': 'Clustered Advice'},
+    'clustered': {'color': BLUE, 'marker': 'o', 'label': 'Clustered Advice'},
     'single': {'color': '#D55E00', 'marker': 's', 'label': 'Single Advice'},
     'random': {'color': '#009E73', 'marker': '^', 'label': 'Random Advice'},
     'trajectories': {'color': '#555555', 'marker': '', 'linestyle': '--', 'label': 'Only Trajectories'},
@@ -58,6 +59,37 @@ def _curves(axes: Axes, rows: Sequence[Row5]) -> None:
             queries, [row.mean - row.ci95 for row in mine], [row.mean + row.ci95 for row in mine],
             color=style.get('color'), alpha=0.15, linewidth=0,
         )
+
+
+def figure6(rows: Sequence[Row6]) -> Figure:
+    """Performance relative to ideal clusters against their quality."""
+    domains = list(dict.fromkeys(row.domain for row in rows))
+    figure, panels = _panels(len(domains))
+    for name, axes in zip(domains, panels, strict=True):
+        mine = [row for row in rows if row.domain == name]
+        axes.errorbar(
+            [100.0 * row.quality for row in mine], [row.mean for row in mine], [row.ci95 for row in mine],
+            color=BLUE, marker='o', capsize=2,
+        )
+        axes.set(title=title(name), xlabel='cluster quality [%]', ylabel='performance relative to ideal', ylim=(0.0, 1.1))
+        axes.invert_xaxis()
+    return figure
+
+
+def clusters(rows: Sequence[QualityRow]) -> Figure:
+    """Quality of the clusters beside the paper's."""
+    figure, (axes,) = _panels(1)
+    places = range(len(rows))
+    axes.bar(places, [row.mean for row in rows], 0.5, yerr=[row.ci95 for row in rows], color=BLUE, capsize=3, label='here')
+    told = [(place, row.paper) for place, row in zip(places, rows, strict=True) if row.paper is not None]
+    axes.plot([place for place, _ in told], [paper for _, paper in told], 'D', color='#D55E00', label="the paper's")
+    axes.hlines(
+        [row.least for row in rows], [place - 0.3 for place in places], [place + 0.3 for place in places],
+        colors='#555555', linestyles=':', label='least possible',
+    )
+    axes.set(xticks=list(places), xticklabels=[title(row.domain) for row in rows], ylabel='cluster quality [%]', ylim=(0, 105))
+    figure.legend(loc='outside lower center', ncols=3)
+    return figure
 
 
 def _panels(number: int) -> tuple[Figure, list[Axes]]:

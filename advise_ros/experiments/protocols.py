@@ -12,13 +12,21 @@ from advise_ros.experiments.method import Protocol
 # Tuning used seeds below this; the figures use this and those that follow.
 FINAL_SEED = 10_000
 
+# Where states are many, single questions have a longer way to go.
+LONG = (*range(11), 15, 20, 25, 30)
+SPARSE = (0, 2, 4, 6, 8, 10, 20, 30)
+
 PROTOCOLS = {
     protocol.domain: protocol
     for protocol in (
-        Protocol('wumpus', Demonstrator(200, 10), clusters=6),
-        Protocol('sailing', Demonstrator(300, 8), clusters=9),
-        Protocol('traffic', Demonstrator(3000, 8), clusters=16, terms=Terms(delta=0.01, margin_cap=0.1)),
-        Protocol('drone', Demonstrator(400, 10, noise_rate=0.3), clusters=10),
+        Protocol('wumpus', Demonstrator(40, 10), clusters=4),
+        Protocol('sailing', Demonstrator(100, 8), clusters=6),
+        Protocol(
+            'traffic', Demonstrator(5000, 8), clusters=12, points=SPARSE, terms=Terms(delta=0.01, margin_cap=0.1),
+            solver='piqp',
+        ),
+        # 0.2 x 0.75 of the deliberate actions and all random ones: 40 % noise.
+        Protocol('drone', Demonstrator(1000, 10, mistake_share=0.2, noise_rate=0.3), clusters=8, points=LONG),
     )
 }
 # For a user's process.

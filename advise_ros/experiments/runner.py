@@ -53,8 +53,19 @@ class OnDask(NamedTuple):
         except (OSError, ValueError) as problem:
             raise InputError(f'no Dask scheduler answers at {self.address}; start one or check the address') from problem
         with client:
-            for _, result in dask.as_completed(client.map(_paired, tasks, pure=False), with_results=True):
-                yield result
+            futures = client.map(_paired, tasks, pure=False)
+            for future in dask.as_completed(futures, loop=client.loop):
+                yield self._result(future)
+
+    def _result(self, future: Any) -> tuple[Task, list[Any]]:
+        try:
+            result: tuple[Task, list[Any]] = future.result()
+        except Exception as problem:
+            raise InputError(
+                f'a worker of {self.address} failed ({type(problem).__name__}: {problem}); '
+                'workers need this package, in the same version, and the files of your own domains'
+            ) from problem
+        return result
 
 
 def run(tasks: Iterable[Task], store: Store, performer: Performer, progress: Callable[[int, int], None]) -> None:

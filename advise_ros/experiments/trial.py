@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import NamedTuple
 from zlib import crc32
@@ -15,7 +15,7 @@ from advise_ros.core.program import Preference
 from advise_ros.domains import find
 from advise_ros.domains.domain import Domain
 from advise_ros.domains.people import advise, demonstrate
-from advise_ros.experiments.clusterings import Clustering, cluster, quality
+from advise_ros.experiments.clusterings import Clustering, quality
 from advise_ros.experiments.learner import Asking, Fitted, fit, preference
 from advise_ros.experiments.method import Method, Protocol
 
@@ -37,10 +37,8 @@ class Shown(NamedTuple):
 
     def clusters(self, method: Method) -> Ints:
         """(n,) labels of a method's clusters."""
-        return cluster(method.clustering, Clustering(
-            self.domain, self.counts.distribution(self.protocol.laplace), method.clusters or self.protocol.clusters,
-            method.features, method.quality, self.seed, self.generator('displaced'),
-        ))
+        displaced = self.generator('displaced')
+        return Clustering(self.domain, self.protocol, self.counts, self.seed, displaced).labels(method)
 
 
 def show(protocol: Protocol, seed: int) -> Shown:
@@ -50,7 +48,7 @@ def show(protocol: Protocol, seed: int) -> Shown:
 
 
 def curves(protocol: Protocol, methods: tuple[Method, ...], seed: int) -> dict[str, tuple[float, ...]]:
-    """Performance after 0, 1, ... questions by each method, by its name, all on the same demonstrations."""
+    """Performance at the protocol's points by each method, by its name, all on the same demonstrations."""
     shown = show(protocol, seed)
     first = fit(shown.domain, protocol, shown.counts, {})
     return {method.name: _curve(shown, method, first) for method in methods}
@@ -64,34 +62,42 @@ def cluster_quality(protocol: Protocol, method: Method, seed: int) -> float:
 
 def _curve(shown: Shown, method: Method, first: Fitted) -> tuple[float, ...]:
     """It stays where it is when nothing is left to ask."""
-    budget = shown.protocol.budget if method.budget is None else method.budget
-    values = [first.performance]
+    values, fitted = {0: first.performance}, first
     if method.acquisition:
-        values += [fitted.performance for fitted in _improve(shown, method, first, budget)]
-    values += values[-1:] * (budget + 1 - len(values))
-    return tuple(round(value, DECIMALS) for value in values)
+        for asked, fitted in _improve(shown, method, first):
+            values[asked] = fitted.performance
+    last = fitted.performance
+    return tuple(round(values.get(asked, last), DECIMALS) for asked in shown.protocol.points)
 
 
-def _improve(shown: Shown, method: Method, fitted: Fitted, budget: int) -> Iterator[Fitted]:
-    """What is learnt after each question."""
+def _improve(shown: Shown, method: Method, fitted: Fitted) -> Iterator[tuple[int, Fitted]]:
+    """How many questions were asked, and what is learnt then; at the protocol's points at least, and at the end."""
     protocol, labels = _read(shown.protocol, method), shown.clusters(method)
-    asking = Asking(
-        shown.domain, protocol, method, labels, shown.counts.distribution(protocol.laplace),
-        shown.generator(method.acquisition),
-    )
-    expert, asked = shown.generator('expert'), np.zeros(labels.max() + 1, dtype=np.bool_)
+    asking = Asking(shown.domain, protocol, method, labels, shown.counts, shown.generator(method.acquisition))
+    answers = _answers(shown, asking, labels)
+    budget = min(protocol.budget, labels.max() + 1, *([] if method.budget is None else [method.budget]))
     advice: dict[int, Preference] = {}
-    for _ in range(budget):
+    for asked in range(1, budget + 1):
+        advice |= answers(fitted)
+        if not asking.blind or asked in protocol.points or asked == budget:
+            fitted = fit(shown.domain, protocol, shown.counts, advice, fitted.solution)
+            yield asked, fitted
+
+
+def _answers(shown: Shown, asking: Asking, labels: Ints) -> Callable[[Fitted], dict[int, Preference]]:
+    """Asks the next question under a policy and returns what the answer says about its states."""
+    expert, asked = shown.generator('expert'), np.zeros(labels.max() + 1, dtype=np.bool_)
+
+    def ask(fitted: Fitted) -> dict[int, Preference]:
         chosen = asking.choose(fitted, asked)
         if chosen is None:
-            return
+            return {}
         asked[chosen] = True
         states = np.flatnonzero(labels == chosen)
-        answer = advise(protocol.expert, shown.domain.optimal[states], expert)
-        if answer is not None:
-            advice |= dict.fromkeys(states.tolist(), preference(answer))
-            fitted = fit(shown.domain, protocol, shown.counts, advice, fitted.solution)
-        yield fitted
+        answer = advise(shown.protocol.expert, shown.domain.optimal[states], expert)
+        return {} if answer is None else dict.fromkeys(states.tolist(), preference(answer))
+
+    return ask
 
 
 def _read(protocol: Protocol, method: Method) -> Protocol:

@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 from threadpoolctl import threadpool_limits
 
+from advise_ros.experiments.interview import interviews
 from advise_ros.experiments.method import Method, Protocol
 from advise_ros.experiments.store import key_of
 from advise_ros.experiments.trial import cluster_quality, curves
@@ -15,7 +16,7 @@ class Task(NamedTuple):
     """One trial of some methods.
 
     Attributes:
-        kind: 'curves' or 'quality'.
+        kind: 'curves', 'quality' or 'interview'.
     """
 
     kind: str
@@ -33,5 +34,7 @@ def perform(task: Task) -> list[object]:
     with threadpool_limits(1):
         if task.kind == 'quality':
             return [cluster_quality(task.protocol, method, task.seed) for method in task.methods]
+        if task.kind == 'interview':
+            return [list(one) for one in interviews(task.protocol, task.methods, task.seed)]  # type: ignore[arg-type]
         found = curves(task.protocol, task.methods, task.seed)
         return [list(found[method.name]) for method in task.methods]
