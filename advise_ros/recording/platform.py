@@ -20,6 +20,11 @@ def describe() -> dict[str, str]:
 
     `core` is a digest of its source: between two releases the version alone does not tell what was run.
     """
+    return dict(_described())
+
+
+@cache
+def _described() -> dict[str, str]:
     return {
         'advise_ros': advise_ros.__version__,
         'core': _digest(CORE),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import defaultdict
 from typing import NamedTuple
 
@@ -150,7 +151,7 @@ def _policy(session: RecordedSession, first: Recorded, version: int) -> Recorded
 def _poses(session: RecordedSession) -> dict[int, Pose]:
     samples = session.recording.poses
     rows = zip(samples.stamps_ns.tolist(), samples.positions_enu_m.tolist(), strict=True)
-    return {stamp_ns: Pose(stamp_ns, (x, y, z)) for stamp_ns, (x, y, z) in rows}
+    return {stamp_ns: Pose(stamp_ns, (x, y, z)) for stamp_ns, (x, y, z) in rows if math.isfinite(x + y + z)}
 
 
 def _not_zero(one: Recorded) -> str:

@@ -63,8 +63,8 @@ class SessionBag:
     def parameters(self, node: str) -> dict[str, Any]:
         return asdict(getattr(self, node))
 
-    def write(self, directory: Path, chunk_bytes: int = 768 * 1024) -> Path:
-        writer = BagWriter(directory, chunk_bytes=chunk_bytes)
+    def write(self, directory: Path, chunk_bytes: int = 768 * 1024, compression: str = 'zstd') -> Path:
+        writer = BagWriter(directory, compression, chunk_bytes)
         writer.add_record('platform', self.made_on)
         for node in self.nodes:
             values = {name: json.dumps(value) for name, value in self.parameters(node).items()}
