@@ -18,6 +18,7 @@ from typing import Any, BinaryIO, NamedTuple
 from advise_ros.core.advice import AdviceRecord, Verdict
 from advise_ros.core.errors import AdviseError, InputError
 from advise_ros.core.grid import N_ACTIONS, Grid
+from advise_ros.recording import metadata
 from advise_ros.recording.gridfile import grid_from_mapping, grid_to_mapping
 
 FORMAT = 1
@@ -109,6 +110,8 @@ class SessionFile:
         dropped = self._set_aside(torn) if torn and not unended else ()
         if not lines:
             self._append({'advise_session': FORMAT, 'grid': grid_to_mapping(self._grid)})
+            with contextlib.suppress(OSError):  # The file's name is to outlive a power failure too, where that can be asked.
+                metadata.sync_directory(self.path.absolute().parent)
         if unended:
             self._file.write(b'\n')
         entries, asked, damaged = self._parse(lines[1:])

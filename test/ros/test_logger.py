@@ -132,6 +132,15 @@ def test_topics_by_pattern_that_appear_later(graph: Graph, tmp_path: Path) -> No
     }
 
 
+def test_a_name_that_is_remapped_is_recorded_where_it_leads(graph: Graph, tmp_path: Path) -> None:
+    logger = start(graph, tmp_path / 'bag', params={'topics': 'words'}, remaps={'words': '/elsewhere/words'})
+    publisher = graph.node.create_publisher(String, '/elsewhere/words', qos.latched())
+    publisher.publish(String(data='there'))
+    recorded(graph, '/elsewhere/words', 1)
+    assert stop(logger) == 0
+    assert list(Bag(tmp_path / 'bag', ANY).topics) == ['/elsewhere/words']
+
+
 def test_a_publisher_with_a_weaker_profile_is_recorded_too(graph: Graph, tmp_path: Path) -> None:
     logger = start(graph, tmp_path / 'bag')
     weak = graph.node.create_publisher(LearnerStatus, 'advise/status', qos.SENSOR)
