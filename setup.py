@@ -19,6 +19,7 @@ setup(
         ('share/ament_index/resource_index/packages', ['resource/advise_ros']),
         ('share/advise_ros', ['package.xml']),
         ('share/advise_ros/config', glob('config/*.*')),
+        ('share/advise_ros/config/sros2', glob('config/sros2/*.xml')),
         ('share/advise_ros/launch', glob('launch/*.launch.py')),
     ],
     install_requires=['setuptools'],

@@ -1,0 +1,96 @@
+"""Write config/sros2/policy.xml: what each node may publish, hear, serve and ask, for DDS Security.
+
+    ./advise python tools/sros2_policy.py
+
+A test compares the table below with the running graph: a node that needs more, or has more, fails it.
+"""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+from pathlib import Path
+from typing import NamedTuple
+
+TARGET = Path(__file__).parents[1] / 'config' / 'sros2' / 'policy.xml'
+ENCLAVES = '/advise_ros'
+HEAD = '<!-- Written by tools/sros2_policy.py; docs/safety.md tells how to use it. For a namespace change every ns. -->\n'
+
+PARAMETER_SERVICES = tuple(f'~{name}' for name in (
+    'describe_parameters', 'get_parameter_types', 'get_parameters', 'get_type_description', 'list_parameters',
+    'set_parameters', 'set_parameters_atomically',
+))
+LEARNT = ('advise/policy', 'advise/query', 'advise/status', 'advise/advice_log')
+PICTURES = ('advise/uncertainty', 'advise/reward', 'advise/markers')
+FLOWN = ('pose', 'cmd_vel', 'vehicle_status')
+SESSION = (*FLOWN, 'odom', 'battery_state', 'demonstration', *LEARNT, *PICTURES, 'policy/status', 'diagnostics')
+ANSWERING = tuple(f'advise/{name}' for name in ('answer', 'preview', 'undo', 'retract'))
+VEHICLE = tuple(f'mavlink_bridge/{name}' for name in ('arm', 'takeoff', 'land', 'stop', 'release'))
+RECORDING = tuple(f'recorder/{name}' for name in ('start', 'stop', 'discard'))
+GUARD = ('guard/stop', 'guard/release')
+
+
+class Grants(NamedTuple):
+    """Names, relative to the namespace, beside those that every node has."""
+
+    publish: tuple[str, ...] = ()
+    subscribe: tuple[str, ...] = ()
+    reply: tuple[str, ...] = ()
+    request: tuple[str, ...] = ()
+    execute: tuple[str, ...] = ()
+    call: tuple[str, ...] = ()
+
+
+GRANTS: dict[str, Grants] = {
+    'simulator': Grants(publish=('clock',)),
+    'mavlink_bridge': Grants(('pose', 'battery_state', 'vehicle_status'), ('cmd_vel',), VEHICLE),
+    'guard': Grants(('guard/cmd_vel', 'guard/pose'), ('cmd_vel', 'pose'), GUARD),
+    'recorder': Grants(('demonstration',), (*FLOWN, 'odom', 'policy/status', 'demonstration', 'advise/status'), RECORDING),
+    'advise': Grants((*LEARNT, *PICTURES, 'demonstration'), ('demonstration',), ANSWERING),
+    'policy': Grants(
+        ('cmd_vel', 'policy/status'), ('advise/policy', 'vehicle_status', 'pose'), ('policy/stop',), execute=('policy/fly',),
+    ),
+    'logger': Grants((), SESSION, request=('*/list_parameters', '*/get_parameters')),
+    'pilot': Grants(('cmd_vel', 'pilot/status'), ('vehicle_status', 'pose'), (), (*VEHICLE, 'recorder/stop')),
+    'expert': Grants((), ('advise/query',), (), ('advise/answer',)),
+    'console': Grants((), SESSION, (), (*ANSWERING, *RECORDING, 'policy/stop', *VEHICLE), call=('policy/fly',)),
+    'teleop': Grants(('cmd_vel',), ('vehicle_status', 'pose'), (), (*VEHICLE, *RECORDING)),
+    # A person with the ros2 command.
+    'operator': Grants(
+        (), SESSION, (), (*ANSWERING, *RECORDING, *VEHICLE, *GUARD, 'policy/stop', '*/get_parameters', '*/list_parameters'),
+        call=('policy/fly',),
+    ),
+}
+
+
+def policy() -> ET.Element:
+    """The policy of all enclaves, one for each node."""
+    root = ET.Element('policy', version='0.2.0')
+    contexts = ET.SubElement(root, 'contexts')
+    for node, grants in GRANTS.items():
+        context = ET.SubElement(contexts, 'context', path=f'{ENCLAVES}/{node}')
+        profile = ET.SubElement(ET.SubElement(context, 'profiles'), 'profile', ns='/', node=node)
+        _allow(profile, 'action', 'call', grants.call)
+        _allow(profile, 'action', 'execute', grants.execute)
+        _allow(profile, 'service', 'reply', (*PARAMETER_SERVICES, *grants.reply))
+        _allow(profile, 'service', 'request', grants.request)
+        _allow(profile, 'topic', 'publish', ('rosout', 'parameter_events', 'diagnostics', *grants.publish))
+        _allow(profile, 'topic', 'subscribe', ('parameter_events', 'clock', *grants.subscribe))
+    return root
+
+
+def _allow(profile: ET.Element, kind: str, right: str, names: tuple[str, ...]) -> None:
+    if names:
+        group = ET.SubElement(profile, f'{kind}s', {right: 'ALLOW'})
+        for name in sorted(set(names)):
+            ET.SubElement(group, kind).text = name
+
+
+def text() -> str:
+    """The file."""
+    root = policy()
+    ET.indent(root)
+    return f'<?xml version="1.0" encoding="UTF-8"?>\n{HEAD}{ET.tostring(root, encoding="unicode")}\n'
+
+
+if __name__ == '__main__':
+    TARGET.write_text(text())
