@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 from weakref import WeakKeyDictionary
 
 import numpy as np
+import numpy.typing as npt
 from scipy import sparse
 
 from advise_ros.core.errors import AdviseError, InputError
@@ -25,6 +26,9 @@ from advise_ros.core.program import Problem
 
 # Added to the diagonal: far below what matters, enough for directions that nothing weighs.
 REGULARISATION = 1e-12
+# Of positions: half the memory, and room for two thousand million entries.
+SHORT = np.int32
+Shorts = npt.NDArray[np.int32]
 
 
 class Outer(NamedTuple):
@@ -36,10 +40,10 @@ class Outer(NamedTuple):
         row: the row that each product comes from.
     """
 
-    left: Ints
-    right: Ints
-    start: Ints
-    row: Ints
+    left: Shorts
+    right: Shorts
+    start: Shorts
+    row: Shorts
 
 
 class Structure(NamedTuple):
@@ -55,14 +59,14 @@ class Structure(NamedTuple):
         diagonal: (n,) positions of the diagonal.
     """
 
-    row: Ints
+    row: Shorts
     outcome: Floats
     stay: Ints
     own: Outer
     edges: sparse.csr_array
     edge: Ints
-    indptr: Ints
-    indices: Ints
+    indptr: Shorts
+    indices: Shorts
     diagonal: Ints
 
 
@@ -79,14 +83,15 @@ def structure_of(mdp: Mdp) -> Structure:
 def _structure(mdp: Mdp) -> Structure:
     n, n_actions = mdp.n_states, mdp.n_actions
     reach, outcome = _aligned(mdp)
-    row = np.repeat(np.arange(n), np.diff(reach.indptr))
+    row = np.repeat(np.arange(n, dtype=SHORT), np.diff(reach.indptr))
     stay = np.flatnonzero(reach.indices == row)
     left, right = _pairs_within(reach.indptr)
     keys = reach.indices[right].astype(np.int64) * n + reach.indices[left]
     entries, which = np.unique(keys, return_inverse=True)
     order = np.argsort(which, kind='stable')
     own = Outer(
-        left[order], right[order], np.searchsorted(which[order], np.arange(len(entries) + 1)), row[left[order]],
+        left[order], right[order], np.searchsorted(which[order], np.arange(len(entries) + 1)).astype(SHORT),
+        row[left[order]],
     )
     columns, rows = entries // n, entries % n
     edge = np.zeros((n_actions, n_actions), dtype=np.int64)
@@ -98,7 +103,7 @@ def _structure(mdp: Mdp) -> Structure:
     ]
     return Structure(
         row, outcome, stay, own, sparse.hstack(each, format='csr'), edge,
-        np.searchsorted(columns, np.arange(n + 1)), rows, np.flatnonzero(rows == columns),
+        np.searchsorted(columns, np.arange(n + 1)).astype(SHORT), rows.astype(SHORT), np.flatnonzero(rows == columns),
     )
 
 
@@ -117,20 +122,20 @@ def _aligned(mdp: Mdp) -> tuple[sparse.csr_array, Floats]:
     return reach, outcome
 
 
-def _pairs_within(indptr: Ints) -> tuple[Ints, Ints]:
+def _pairs_within(indptr: Ints) -> tuple[Shorts, Shorts]:
     """All pairs left <= right of positions of the same row."""
     lefts, rights = [], []
     lengths = np.diff(indptr)
     for length in np.unique(lengths):
         i, j = np.triu_indices(length)
         begin = indptr[:-1][lengths == length].astype(np.int64)[:, None]
-        lefts.append((begin + i).ravel())
-        rights.append((begin + j).ravel())
+        lefts.append((begin + i).ravel().astype(SHORT))
+        rights.append((begin + j).ravel().astype(SHORT))
     return np.concatenate(lefts), np.concatenate(rights)
 
 
 def _edge(
-    difference: Floats, pairs: tuple[Ints, Ints], which: Ints, row: Ints, shape: tuple[int, int],
+    difference: Floats, pairs: tuple[Shorts, Shorts], which: Ints, row: Shorts, shape: tuple[int, int],
 ) -> sparse.csr_array:
     """(nnz, n) K's entries from the weight of one pair of actions in each state."""
     left, right = pairs
@@ -166,7 +171,7 @@ class System:
             (rows[own.left] * rows[own.right], own.row, own.start), shape=(len(structure.indices), n)
         )
         self._matrix = sparse.csc_matrix(
-            (np.zeros(len(structure.indices)), structure.indices.astype(np.int32), structure.indptr.astype(np.int32)),
+            (np.zeros(len(structure.indices)), structure.indices, structure.indptr),
             shape=(n, n),
         )
         self._qdldl = _qdldl()
