@@ -7,6 +7,7 @@
 from __future__ import annotations
 
 import argparse
+import importlib.util
 import shutil
 import subprocess
 import sys
@@ -30,6 +31,8 @@ def main() -> None:
     options = parser.parse_args()
     if options.found:
         fuzz(options.targets[0], options.seconds, options.found)
+    if importlib.util.find_spec('atheris') is None:
+        sys.exit('atheris has no wheel for this Python; take 3.11 or newer on x86-64')
     sys.exit(max(grow(name, options.seconds) for name in options.targets))
 
 
