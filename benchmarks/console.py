@@ -26,8 +26,8 @@ from typing import Any
 
 import numpy as np
 import rclpy
+from flight import cpu_s
 from geometry_msgs.msg import PoseStamped
-from graph import cpu_s
 from playwright.sync_api import Browser, Page, sync_playwright
 from rclpy.node import Node
 from rich.console import Console
@@ -47,7 +47,7 @@ FLAGS = (
 PATIENCE_MS = 60_000
 POSE_HZ = 20.0
 PAINTED = "() => { const at = performance.getEntriesByName('map-painted'); return at.length ? at.at(-1).startTime : 0 }"
-SHOWN = "(number) => window.shownAt[number]"
+SHOWN = '(number) => window.shownAt[number]'
 WATCH = """() => {
   window.shownAt = {};
   const look = () => {
