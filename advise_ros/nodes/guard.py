@@ -110,6 +110,7 @@ class Guard(Node):
         self._limits = limits_of(self.config, load_grid_of(self.config))
         self._sentry = sentry_of(self.config, self._limits)
         self._diagnostics = Diagnostics(self)
+        self._diagnostics.meter('pose', 'cmd_vel')
         self._checked = self.create_publisher(TwistStamped, 'guard/cmd_vel', qos.COMMAND)
         self._pose = self.create_publisher(PoseStamped, 'guard/pose', qos.SENSOR)
         self.create_subscription(TwistStamped, 'cmd_vel', self._on_command, qos.COMMAND)
@@ -124,8 +125,10 @@ class Guard(Node):
         now_s, now_ns = time.monotonic(), self.get_clock().now().nanoseconds
         self._sentry.pose((at.x, at.y, at.z), header.frame_id, now_s, stamp_ns=stamp_to_ns(header.stamp), now_ns=now_ns)
         self._pose.publish(message)
+        self._diagnostics.tick('pose')
 
     def _on_command(self, message: TwistStamped) -> None:
+        self._diagnostics.tick('cmd_vel')
         put_command(self._sentry, message, time.monotonic(), self.get_clock().now().nanoseconds)
         self._publish()
 

@@ -94,6 +94,7 @@ class MavlinkBridge(Node):
         )
         self._started = False
         self._diagnostics = Diagnostics(self)
+        self._diagnostics.meter('pose', 'cmd_vel')
         self._make_entities()
 
     def _make_entities(self) -> None:
@@ -132,6 +133,7 @@ class MavlinkBridge(Node):
             boot_ns = vehicle.motion.time_boot_ms * NS_PER_MS
             self._sentry.pose(vehicle.motion.position_enu_m, MAP_FRAME, vehicle.motion.at_s, stamp_ns=boot_ns)
             self._publish_pose(vehicle.motion, vehicle.attitude)
+            self._diagnostics.tick('pose')
         if vehicle.battery is not battery and vehicle.battery is not None:
             self._publish_battery(vehicle.battery)
         if vehicle.text != text:
@@ -154,6 +156,7 @@ class MavlinkBridge(Node):
 
     # -- commands ----------------------------------------------------------------------------
     def _on_command(self, message: TwistStamped) -> None:
+        self._diagnostics.tick('cmd_vel')
         now_s, now_ns = time.monotonic(), self.get_clock().now().nanoseconds
         if self._simulated_time:  # One that runs fast may lag behind the poses that commands are stamped with.
             now_ns = max(now_ns, self._stamper.newest_ns)

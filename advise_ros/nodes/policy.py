@@ -88,6 +88,7 @@ class PolicyNode(Node):
         self._waiting: list[_Waiting] = []
         self._hold_until_s = 0.0
         self._diagnostics = Diagnostics(self)
+        self._diagnostics.meter('pose')
         self._make_entities()
 
     def _make_entities(self) -> None:
@@ -125,6 +126,7 @@ class PolicyNode(Node):
         if pose is None:
             return
         self._pose, self._pose_at_s = pose, time.monotonic()
+        self._diagnostics.tick('pose')
         if self._flying is not None:
             self._advance(self._flying, pose)
 

@@ -66,6 +66,7 @@ class RecorderNode(Node):
         self._poses = self._commands = 0
         self._publisher = self.create_publisher(msg.Demonstration, 'demonstration', qos.DEMONSTRATIONS)
         self._diagnostics = Diagnostics(self)
+        self._diagnostics.meter('pose', 'cmd_vel')
         {'topics': self._open_topics, 'mavlink': self._open_mavlink, 'tlog': self._open_tlog}[self.config.source]()
         self.create_subscription(msg.Demonstration, 'demonstration', self._on_demonstration, qos.DEMONSTRATIONS)
         self.create_subscription(msg.LearnerStatus, 'advise/status', self._on_learner, qos.latched())
@@ -109,6 +110,7 @@ class RecorderNode(Node):
     # -- samples -----------------------------------------------------------------------------
     def _on_pose(self, message: PoseStamped | Odometry) -> None:
         self._poses += 1
+        self._diagnostics.tick('pose')
         if not self._is_in_map('positions', message.header.frame_id):
             return
         pose = message.pose if isinstance(message, PoseStamped) else message.pose.pose
@@ -119,6 +121,7 @@ class RecorderNode(Node):
 
     def _on_command(self, message: TwistStamped) -> None:
         self._commands += 1
+        self._diagnostics.tick('cmd_vel')
         if self._is_in_map('commands', message.header.frame_id):
             linear = message.twist.linear
             self._recorder.command(convert.stamp_to_ns(message.header.stamp), (linear.x, linear.y, linear.z))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import time
 from collections.abc import Mapping
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
@@ -12,12 +14,32 @@ OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.E
 PERIOD_S = 1.0
 
 
+class Meter:
+    """How often something comes, and how long ago it came last; steady time."""
+
+    def __init__(self, now_s: float) -> None:
+        self._count, self._since_s, self._last_s, self._rate_hz = 0, now_s, -math.inf, 0.0
+
+    def tick(self, now_s: float) -> None:
+        """It has come now."""
+        self._count, self._last_s = self._count + 1, now_s
+
+    def values(self, what: str, now_s: float) -> dict[str, str]:
+        """Rate over the last period of a second or more, and age."""
+        if now_s - self._since_s >= PERIOD_S:
+            self._rate_hz, self._count, self._since_s = self._count / (now_s - self._since_s), 0, now_s
+        age_s = now_s - self._last_s
+        return {f'{what} rate (Hz)': f'{self._rate_hz:.1f}', f'{what} age (s)': f'{age_s:.2f}' if age_s < math.inf else 'never'}
+
+
 class Diagnostics:
     """One DiagnosticStatus of a node, published every second (steady time) and at every change."""
 
     def __init__(self, node: Node) -> None:
         self._node = node
         self._status = DiagnosticStatus(name=node.get_fully_qualified_name(), level=OK, message='starting')
+        self._values: dict[str, object] = {}
+        self._meters: dict[str, Meter] = {}
         self._publisher = node.create_publisher(DiagnosticArray, '/diagnostics', 10)
         self._timer = node.create_timer(PERIOD_S, self._publish, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
@@ -25,11 +47,24 @@ class Diagnostics:
         """State the node's level and one sentence; what changes is published at once."""
         changed = (level, message) != (self._status.level, self._status.message)
         self._status.level, self._status.message = level, message
-        self._status.values = [KeyValue(key=key, value=str(value)) for key, value in (values or {}).items()]
+        self._values = dict(values or {})
         if changed:
             self._publish()
 
+    def meter(self, *names: str) -> None:
+        """Tell rate and age of these from now on."""
+        self._meters.update({name: Meter(time.monotonic()) for name in names})
+
+    def tick(self, name: str) -> None:
+        """One of them has come."""
+        self._meters[name].tick(time.monotonic())
+
     def _publish(self) -> None:
+        now_s = time.monotonic()
+        values = dict(self._values)
+        for name, meter in self._meters.items():
+            values.update(meter.values(name, now_s))
+        self._status.values = [KeyValue(key=key, value=str(value)) for key, value in values.items()]
         array = DiagnosticArray(status=[self._status])
         array.header.stamp = self._node.get_clock().now().to_msg()
         self._publisher.publish(array)
