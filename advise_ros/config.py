@@ -223,7 +223,8 @@ class ChecksConfig:
     max_climb_m_s: float = param(1.5, 'vertical speed limit', low=0.05, high=20.0)
     max_yaw_rate_rad_s: float = param(1.0, 'yaw rate limit', low=0.0, high=10.0)
     max_acceleration_m_s2: float = param(
-        10.0, 'how fast a commanded velocity may grow (steady time); raise it where a simulation runs faster', low=0.1, high=10_000.0,
+        10.0, 'how fast a commanded velocity may grow (steady time); raise it where a simulation runs faster',
+        low=0.1, high=10_000.0,
     )
     fence_polygon: str = param(
         '', "corners of the fence in metres east and north, '-2,-2 12,-2 12,12 -2,12'; empty: the grid with its margin",
@@ -231,12 +232,14 @@ class ChecksConfig:
     fence_margin_m: float = param(1.0, 'how far past the grid the fence stands', low=0.0, high=1000.0)
     altitude_band_m: float = param(3.0, 'how far above or below the grid altitude the fence stands', low=0.1, high=1000.0)
     fence_low_m: float = param(0.0, 'lowest altitude of the fence; with fence_high_m in place of the band', low=-1000.0, high=1e4)
-    fence_high_m: float = param(0.0, 'highest altitude of the fence; not above fence_low_m: the band counts', low=-1000.0, high=1e4)
+    fence_high_m: float = param(0.0, 'highest altitude of the fence; not above fence_low_m: the band counts', low=-1e3, high=1e4)
     braking_m_s2: float = param(2.0, 'deceleration assumed when stopping before the fence', low=0.1, high=50.0)
-    vehicle_delay_s: float = param(0.2, 'time from a command to its effect on the vehicle, for the fence', low=0.0, high=5.0)
+    vehicle_delay_s: float = param(
+        0.2, 'delay of a position on its way here and of a command to its effect together, for the fence', low=0.0, high=5.0,
+    )
     command_timeout_s: float = param(0.5, 'an older command becomes zero velocity (steady time)', low=0.05, high=60.0)
     pose_timeout_s: float = param(0.5, 'an older pose makes zero velocity (steady time)', low=0.05, high=60.0)
-    jump_m: float = param(2.0, 'a position that jumps further than this and flying explain is doubted; 0: never', low=0.0, high=1e4)
+    jump_m: float = param(2.0, 'a position that jumps further than this and flying explain is doubted; 0: no', low=0.0, high=1e4)
     latch: bool = param(False, 'a doubt about pose or command stops the vehicle until its release service is called')
     rate_hz: float = param(20.0, 'rate of checked commands (steady time); PX4 wants more than 2', low=5.0, high=200.0)
 
@@ -268,7 +271,9 @@ class MavlinkBridgeConfig(ChecksConfig):
 class SimulatorConfig:
     """/simulator: a quadcopter by RotorPy behind MAVLink 2."""
 
-    autopilot: str = param('ardupilot', 'whose manners it has: ArduCopter in GUIDED or PX4 in OFFBOARD', choices=('ardupilot', 'px4'))
+    autopilot: str = param(
+        'ardupilot', 'whose manners it has: ArduCopter in GUIDED or PX4 in OFFBOARD', choices=('ardupilot', 'px4'),
+    )
     endpoint: str = param('udpout:127.0.0.1:14550', 'udpout:host:port, udpin:host:port or tcpin:host:port')
     speedup: float = param(1.0, 'simulated seconds a second; 0: as fast as it goes', low=0.0, high=1000.0)
     publish_clock: bool = param(True, 'publish /clock')

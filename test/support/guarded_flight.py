@@ -13,7 +13,10 @@ from advise_ros.core.guard import Command, Limits
 from advise_ros.core.sentry import Sentry, SentrySettings
 
 TICK_S = 0.05
-BRAKING_M_S2, POSE_TIMEOUT_S, DELAY_S = 2.0, 0.5, 0.2
+BRAKING_M_S2, POSE_TIMEOUT_S = 2.0, 0.5
+# Of a position on its way here, of a command on its way to its effect; the guard is told both, and a tick.
+POSE_LATE_S, OBEYED_LATE_S = 0.1, 0.2
+DELAY_S = POSE_LATE_S + OBEYED_LATE_S + TICK_S
 # How far gusts carry the vehicle off the track that its autopilot holds.
 GUST_M = 0.25
 # The documented bound: gusts may carry it from one end of their range to the other while it cannot see.
@@ -121,6 +124,6 @@ def episode(seed: int, number: int) -> Episode:
         if outside_m(fence, (float(start[0]), float(start[1]))) == 0.0:
             break
     return Episode(
-        rng, fence, np.array([*start, 6.0]), braking_m_s2=rng.uniform(BRAKING_M_S2, 5.0), delay_s=rng.uniform(0.0, DELAY_S),
-        pose_period_s=rng.uniform(0.05, 0.2), pose_late_s=rng.uniform(0.0, 0.1),
+        rng, fence, np.array([*start, 6.0]), braking_m_s2=rng.uniform(BRAKING_M_S2, 5.0), delay_s=rng.uniform(0.0, OBEYED_LATE_S),
+        pose_period_s=rng.uniform(0.05, 0.2), pose_late_s=rng.uniform(0.0, POSE_LATE_S),
     )
