@@ -28,8 +28,8 @@ from support.recordings import crashes, damage, verdicts
 Run = Callable[[Path, np.random.Generator, int], list[Row]]
 # Name -> what runs it, and its trials: of the long form, then of the short one.
 PARTS: dict[str, tuple[Run, int, int]] = {
-    'kills': (crashes.kills, 30, 2), 'answers': (crashes.answers, 30, 3), 'full_disk': (crashes.full_disk, 1, 1),
-    'truncations': (damage.truncations, 200, 30), 'flips': (damage.flips, 1000, 100),
+    'kills': (crashes.kills, 30, 2), 'answers': (crashes.answers, 30, 2), 'full_disk': (crashes.full_disk, 1, 1),
+    'truncations': (damage.truncations, 200, 15), 'flips': (damage.flips, 1000, 100),
     'verdicts': (verdicts.verdicts, 1200, 24),
 }
 
