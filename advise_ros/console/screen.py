@@ -77,7 +77,7 @@ def _map(shown: Mapping[str, Any], sitting: Sitting) -> RenderableType:
             words, style = _cell(shown, layer, cell, asked, changed)
             out.append(words, style=style)
         out.append('\n')
-    out.append('# asked  → flown  ▶ would fly  * would change  X wall  @ drone; north is up', style='dim')
+    out.append('# asked  → flown  ▶ would fly\n* would change  X wall  @ drone', style='dim')
     return Panel(out, title=f'on the way to waypoint {layer + 1} of {grid["layers"]}', expand=False)
 
 

@@ -23,6 +23,8 @@ from support.walks import GRID_4X4
 
 ROWS, COLUMNS = 50, 160
 PATIENCE_S = 60.0
+# A run of tests may have set others for itself.
+TERMINAL = {'TERM': 'xterm-256color', 'COLUMNS': str(COLUMNS), 'LINES': str(ROWS)}
 RIGHT, SHIFT_LEFT = b'\x1b[C', b'\x1b[1;2D'
 ESCAPES = re.compile(r'\x1b\[[0-9;?]*[a-zA-Z]')
 
@@ -38,7 +40,7 @@ class Typist:
         self.before = termios.tcgetattr(self._slave)
         self.screen = ''
         self.popen = subprocess.Popen(
-            [executable('ask'), '--name', 'Anna'], env={**graph.env, 'TERM': 'xterm-256color'}, start_new_session=True,
+            [executable('ask'), '--name', 'Anna'], env={**graph.env, **TERMINAL}, start_new_session=True,
             stdin=self._slave, stdout=self._slave, stderr=self._slave,
         )
 

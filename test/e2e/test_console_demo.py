@@ -53,5 +53,6 @@ def test_a_person_answers_on_the_page_and_the_story_goes_on(
             said(output, '1 questions asked and answered')
         finally:
             demo.send_signal(signal.SIGINT)
-            assert demo.wait(60) == 130
+            code = demo.wait(60)
+    assert code == 130
     assert not person.errors

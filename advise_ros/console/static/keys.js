@@ -3,7 +3,7 @@ const ARROW = { ArrowUp: 0, ArrowRight: 1, ArrowDown: 2, ArrowLeft: 3 };
 const STEPS = [[0, 1], [1, 0], [0, -1], [-1, 0]];
 
 export function keyAct(page, event) {
-  const typing = event.target.closest?.('input, textarea');
+  const typing = event.target.closest?.('input:not([type=checkbox])');
   if (event.key === 'Escape') { page.help = false; if (typing) event.target.blur(); return; }
   if (event.ctrlKey || event.metaKey || event.altKey || (typing && event.key !== 'Enter')) return;
   if (act(page, event, typing)) event.preventDefault();
@@ -31,6 +31,7 @@ function act(page, event, typing) {
 
 // Enter sends, but a button or link that has the focus is what Enter is for; the compass is no such button.
 function enter(page, event, typing) {
+  if (event.target.matches?.('[type=checkbox]')) { event.target.click(); return true; } // The space bar is taken.
   const focused = event.target.closest?.('button, a, summary');
   if (focused && !focused.closest('.compass') && !focused.matches('.send')) return false;
   if (typing && !event.target.matches('.comment')) return false;
