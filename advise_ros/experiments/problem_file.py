@@ -12,7 +12,17 @@ import numpy as np
 from advise_ros.core.errors import InputError
 from advise_ros.core.mdp import Mdp, boltzmann, greedy, plan
 from advise_ros.core.numerics import Bools, Floats, Ints
-from advise_ros.core.program import Evidence, InfeasibleError, Pairs, Preference, Problem, Solution, Terms, favourites, pose
+from advise_ros.core.program import (
+    Evidence,
+    InfeasibleError,
+    Pairs,
+    Preference,
+    Problem,
+    Solution,
+    Terms,
+    favourites,
+    pose,
+)
 from advise_ros.core.solve import AUTO, solve
 from advise_ros.domains.fields import PROCESS, Fields, read_fields, read_process
 
