@@ -288,9 +288,9 @@ class AdviseNode(Node):
             answers=len(active(self._session.log)),
             query_id=query.query_id if query else 0, budget_left=self._session.budget_left,
             solve_s=self._solve_s, objective=learned.objective if learned else 0.0,
+            doubt_left=learned.doubt_left if learned else 0.0, enough_advice=learned is not None and learned.enough_advice,
             contradictions=list(learned.contradictions) if learned else [], message=text,
         )
-            doubt_left=learned.doubt_left if learned else 0.0, enough_advice=learned is not None and learned.enough_advice,
 
 
 def main() -> None:
