@@ -179,8 +179,8 @@ class RecorderNode(Node):
         if self.config.source == 'topics' and not self.count_publishers(POLICY_TOPIC):
             self._recorder.policy(flies=False)  # A policy node that died flies nothing.
         values = {
-            'demonstrations': len(self._recorder.published), 'poses': self._poses, 'commands': self._commands,
-            **self._refused,
+            'demonstrations': len(self._recorder.published), 'next': self._recorder.next_id,
+            'poses': self._poses, 'commands': self._commands, **self._refused,
         }
         waiting = self._waiting_for()
         if self._refused:

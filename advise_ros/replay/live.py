@@ -36,7 +36,8 @@ NODES: Mapping[str, type[Any]] = {'recorder': RecorderConfig, 'advise': AdviseCo
 # What would reach back into the recorded session's own files.
 FILES = {'session_file': '', 'demonstrations_file': ''}
 PRIVATE_DOMAINS = range(40, 101)
-START_PATIENCE_S, LEARN_PATIENCE_S, PATIENCE_S, COMMAND_PATIENCE_S = 60.0, 300.0, 20.0, 5.0
+START_PATIENCE_S, LEARN_PATIENCE_S, PATIENCE_S, COMMAND_PATIENCE_S = 60.0, 300.0, 20.0, 1.0
+COMMAND_TRIES = 5
 # The recorder reports once a second.
 REPORT_S, PROBE_S = 2.5, 0.1
 GOAL_TRIES = 10
@@ -223,9 +224,17 @@ class Live:
             return
         self._send(step.message)
         if step.command_stamp_ns and self._is_pose(step):
+            self._await_command(step)
+
+    def _await_command(self, step: Publish) -> None:
+        """Positions are best effort: one that brings no command is sent again."""
+        for _ in range(COMMAND_TRIES):
             deadline_s = time.monotonic() + COMMAND_PATIENCE_S
-            while step.command_stamp_ns not in self.heard.commands and time.monotonic() < deadline_s:
+            while time.monotonic() < deadline_s:
+                if step.command_stamp_ns in self.heard.commands:
+                    return
                 time.sleep(0.0005)
+            self._publishers[self._pose_topic].publish(step.message.data)
 
     def _await_demonstration(self, step: Demonstrated) -> None:
         wanted = step.recorded.value.demonstration_id

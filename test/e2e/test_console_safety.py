@@ -133,6 +133,7 @@ def test_an_answer_is_kept_while_the_learner_is_away_and_given_once(
     anna.history('EAST, not WEST', 'Anna')
     anna.hides('alarm')
     anna.hides('kept')
+    graph.wait_until(lambda: answers_to(again, 'Anna'), what='the learner to publish the answer')
     assert len(answers_to(again, 'Anna')) == 1
     assert not anna.errors
 

@@ -103,6 +103,10 @@ class Vehicle:
             self._states.publish(message)
 
 
+def values(array: DiagnosticArray, node: str) -> dict[str, str]:
+    return {pair.key: pair.value for status in array.status if status.name.endswith(node) for pair in status.values}
+
+
 def demonstration(graph: Graph, demonstration_id: str, *, moves: bool = True) -> Demonstration:
     return graph.wait_for(
         'demonstration', Demonstration, lambda d: d.demonstration_id == demonstration_id and bool(d.states) == moves,
@@ -218,6 +222,7 @@ def test_a_recorder_that_is_started_again_repeats_no_id(graph: Graph, grid_file:
     graph.wait_until(lambda: learner.statuses and learner.statuses[-1].demonstration_ids == ['flight-001'])
     assert first.terminate() == 0
     graph.start('recorder', params={'grid_file': grid_file})
+    graph.wait_for('/diagnostics', DiagnosticArray, lambda a: values(a, 'recorder').get('next') == 'flight-002')
     Vehicle(graph).fly(flight(GRID, round_trip(), start_ns=3000 * NS))
     assert demonstration(graph, 'flight-002').window_start.sec >= 3000
     graph.wait_until(lambda: learner.statuses[-1].demonstration_ids == ['flight-001', 'flight-002'])
