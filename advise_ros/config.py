@@ -151,13 +151,16 @@ class AdviseConfig:
     slack_cost: float = param(1000.0, 'cost of contradictory advice (elastic); 0: strict', low=0.0, high=1e9)
     gamma: float = param(0.95, 'discount', low=0.0, high=0.9999)
     method: str = param(
-        'own', "paper: what asks and learns as printed, whatever the other parameters say (config/paper.yaml)", choices=('own', 'paper'),
+        'own', 'paper: what asks and learns as printed, whatever the other parameters say (config/paper.yaml)',
+        choices=('own', 'paper'),
     )
     clustering: str = param(
         'k_means', 'how states become clusters: k_means as in the paper; connected: only states that a move joins; '
         'evidence: as long as their demonstrations speak for one behaviour', choices=('k_means', 'connected', 'evidence'),
     )
-    clusters: int = param(6, 'clusters of states; about 1.5 a waypoint; 0: as many as the demonstrations tell apart', low=0, high=10_000)
+    clusters: int = param(
+        6, 'clusters of states; about 1.5 a waypoint; 0: as many as the demonstrations tell apart', low=0, high=10_000,
+    )
     cluster_features: float = param(
         1.0, 'weight of position and waypoint beside the action distribution; 0: none, as in the paper', low=0.0, high=100.0,
     )
@@ -170,9 +173,12 @@ class AdviseConfig:
         'is not explained by the reward (unexplained), or demonstrations disagree (disagreement); mixed: occupancy, then paper',
         choices=('paper', 'occupancy', 'unexplained', 'mixed', 'disagreement', 'random'),
     )
-    confirm: bool = param(True, 'ask once more after an answer that hardly any demonstration bears out; what is said most often holds')
+    confirm: bool = param(
+        True, 'ask once more after an answer that hardly any demonstration bears out; what is said most often holds',
+    )
     enough: float = param(
-        0.0, 'ask no more when the best question is worth less than this much disagreement a visit [nat^2]; 0: never', low=0.0, high=100.0,
+        0.0, 'ask no more when the best question is worth less than this much disagreement a visit [nat^2]; 0: never',
+        low=0.0, high=100.0,
     )
     slip: float = param(0.0, 'probability that a move goes elsewhere in the transition model', low=0.0, high=0.9)
     solver: str = param(

@@ -24,7 +24,7 @@ ANY_FLOAT = st.floats(width=32, allow_nan=True, allow_infinity=True)
 SCRIPT = ((9.5, (1.2, 0.0, 0.0)), (11.0, (0.0, -1.0, 0.3)), (12.0, (0.0, 0.0, 0.0)), (15.5, (-0.5, 0.5, -0.2)))
 
 
-def airborne(seed: int = 5) -> Autopilot:
+def airborne(seed: int = 5) -> ArduCopter:
     config = SimulatorConfig(ready_after_s=0.0, gust_m_s=1.0, wind_east_m_s=2.0)
     autopilot = ArduCopter(config, np.random.default_rng(seed))
     autopilot.vehicle.set_mode(4)
