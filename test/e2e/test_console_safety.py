@@ -170,8 +170,8 @@ def test_hold_works_from_anywhere_and_tells_what_came_of_it(graph: Graph, browse
         return response
 
     anna = Person(browser, address)
-    anna.press(' ')
-    anna.shows('note', 'nobody serves /policy/stop; is its node running?')
+    # The first may come before the page's line to the console is up; it says so then.
+    anna.hold_until(lambda: 'nobody serves /policy/stop; is its node running?' in anna.at('note').inner_text())
     graph.in_node_thread(lambda: graph.node.create_service(Trigger, 'policy/stop', hold))
     anna.hold_until(lambda: bool(held))
     anna.shows('note', 'Hold: holding.')
