@@ -30,8 +30,6 @@ from advise_ros.config import AdviseConfig  # noqa: E402
 from advise_ros.core.advice import Answer, Verdict  # noqa: E402
 from advise_ros.core.expert import SimulatedExpert  # noqa: E402
 from advise_ros.core.flights import demonstrations_of  # noqa: E402
-from advise_ros.core.grid import Grid  # noqa: E402
-from advise_ros.core.learn import Learned  # noqa: E402
 from advise_ros.core.samples import Recording  # noqa: E402
 from advise_ros.core.session import Session  # noqa: E402
 from advise_ros.recording.definitions import definition  # noqa: E402
@@ -41,7 +39,7 @@ from advise_ros.recording.tlog import read_tlog  # noqa: E402
 from advise_ros.recording.writer import BagWriter  # noqa: E402
 from advise_ros.ros import convert, convert_advice  # noqa: E402
 from advise_ros.settings import learn_settings  # noqa: E402
-from support.session_bag import GRID, SOURCE, TICK_NS, SessionBag, session_bag  # noqa: E402
+from support.session_bag import GRID, SOURCE, SessionBag, session_bag  # noqa: E402
 
 DEMO = ('--flights', '2', '--answers', '2', '--seeds-flown', '1', '--trials', '2', '--seed', '3')
 # Diagnostics, the battery and pictures for RViz would double the size, and no replay needs them.
@@ -101,12 +99,12 @@ def arducopter_session(target: Path) -> None:
     session = Session(grid, learn_settings(bag.advise), bag.advise.budget)
     session.add(flown)
     expert = SimulatedExpert(grid, np.random.default_rng(0))
-    learned = _learn(bag, session, grid)
+    learned = bag.learn(session, grid)
     for _ in range(ANSWERS):
         if learned.query is None:
             break
         _tell(bag, session, expert.answer(learned.query))
-        learned = _learn(bag, session, grid)
+        learned = bag.learn(session, grid)
     bag.write(target)
 
 
@@ -130,21 +128,6 @@ def _put_samples(bag: SessionBag, recording: Recording) -> None:
 def _stamped(message: PoseStamped, stamp_ns: int) -> PoseStamped:
     message.header.frame_id, message.header.stamp = 'map', convert.stamp_from_ns(stamp_ns)
     return message
-
-
-def _learn(bag: SessionBag, session: Session, grid: Grid) -> Learned:
-    work = session.snapshot()
-    assert work is not None
-    learned = work.run()
-    assert session.adopt(learned)
-    bag.now_ns += TICK_NS
-    bag.put('/advise/policy', convert_advice.policy_to_msg(learned, bag.now_ns))
-    query = (
-        convert_advice.query_to_msg(learned.query, grid, bag.now_ns)
-        if learned.query else convert_advice.no_query_to_msg(learned, session.budget_left, bag.now_ns)
-    )
-    bag.put('/advise/query', query)
-    return learned
 
 
 def _tell(bag: SessionBag, session: Session, answer: Answer) -> tuple[int, ...]:
@@ -171,12 +154,12 @@ def _contradictory(rng: np.random.Generator) -> SessionBag | None:
     answered: set[int] = set()
     for _ in range(MOST_FLIGHTS):
         session.add(bag.demonstrate(np.flatnonzero(rng.random(GRID.n_states) < 0.5).tolist()))
-        query = _learn(bag, session, GRID).query
+        query = bag.learn(session, GRID).query
         if query is None or (answered and answered.isdisjoint(query.states)):
             continue
         preferred, avoided = (2, 0) if answered else (0, 2)
         _tell(bag, session, Answer(query.query_id, Verdict.ANSWER, (preferred,), (avoided,), 'undecided'))
-        if _learn(bag, session, GRID).contradictions:
+        if bag.learn(session, GRID).contradictions:
             return bag
         answered |= set(query.states)
     return None

@@ -165,7 +165,7 @@ class SessionBag:
         self.put('/demonstration', convert.demonstration_to_msg(gone))
 
     # -- learning ----------------------------------------------------------------------------
-    def learn(self, session: Session) -> Learned:
+    def learn(self, session: Session, grid: Grid = GRID) -> Learned:
         work = session.snapshot()
         assert work is not None
         learned = work.run()
@@ -173,7 +173,7 @@ class SessionBag:
         self.now_ns += TICK_NS
         self.put('/advise/policy', convert_advice.policy_to_msg(learned, self.now_ns))
         query = (
-            convert_advice.query_to_msg(learned.query, GRID, self.now_ns)
+            convert_advice.query_to_msg(learned.query, grid, self.now_ns)
             if learned.query else convert_advice.no_query_to_msg(learned, session.budget_left, self.now_ns)
         )
         self.put('/advise/query', query)
