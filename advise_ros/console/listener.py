@@ -54,6 +54,7 @@ class Listener:
         self._policy: msg.Policy | None = None
         self._gains: dict[int, dict[str, object]] = {}
         self._health: dict[str, tuple[DiagnosticStatus, float]] = {}
+        self._learner_heard_s: float | None = None
         self._track: deque[tuple[float, float]] = deque(maxlen=TRACK_POINTS)
         if grid is not None:
             self._on_grid(grid)
@@ -76,8 +77,11 @@ class Listener:
     # -- the learner -------------------------------------------------------------------------
     def learner_alive(self) -> bool:
         """Whether the learner said something of itself lately."""
-        heard = self._health.get(LEARNER)
-        return heard is not None and time.monotonic() - heard[1] <= self._silence_s
+        heard_s = self._learner_heard_s
+        return heard_s is not None and time.monotonic() - heard_s <= self._silence_s
+
+    def _hear_learner(self) -> None:
+        self._learner_heard_s = time.monotonic()
 
     def _on_grid(self, grid: Grid) -> None:
         if grid != self.grid:
@@ -104,6 +108,7 @@ class Listener:
         self._show_query()
 
     def _on_policy(self, message: msg.Policy) -> None:
+        self._hear_learner()
         before, self._policy = self._policy, message
         self._on_grid(convert.grid_from_msg(message.grid))
         if before is not None and message.version < before.version:  # Another learner has started.
@@ -130,6 +135,7 @@ class Listener:
             self.board.put('gains', list(self._gains.values()))
 
     def _on_query(self, message: msg.AdviceQuery) -> None:
+        self._hear_learner()
         self._on_grid(convert.grid_from_msg(message.grid))
         self.query = convert_advice.query_from_msg(message)
         self._show_query()
@@ -146,6 +152,7 @@ class Listener:
         self.board.put('log', views.log_view(self.entries))
 
     def _on_learner(self, message: msg.LearnerStatus) -> None:
+        self._hear_learner()
         self.board.put('learner', views.learner_view(message))
 
     # -- the vehicle -------------------------------------------------------------------------
@@ -170,7 +177,10 @@ class Listener:
     # -- the nodes ---------------------------------------------------------------------------
     def _on_diagnostics(self, message: DiagnosticArray) -> None:
         now = time.monotonic()
-        self._health.update({status.name.rsplit('/', 1)[-1]: (status, now) for status in message.status})
+        said = {status.name.rsplit('/', 1)[-1]: (status, now) for status in message.status}
+        self._health.update(said)
+        if LEARNER in said:
+            self._hear_learner()
 
     def _on_tick(self) -> None:
         """Tell the state of all nodes, those that have fallen silent included."""
@@ -183,4 +193,4 @@ class Listener:
             for name, (status, heard) in sorted(self._health.items())
         ]
         self.board.put('nodes', nodes)
-        self.board.put('graph', {'learner': self.learner_alive(), 'heard': LEARNER in self._health})
+        self.board.put('graph', {'learner': self.learner_alive(), 'heard': self._learner_heard_s is not None})

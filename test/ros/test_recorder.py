@@ -222,10 +222,16 @@ def test_a_recorder_that_is_started_again_repeats_no_id(graph: Graph, grid_file:
     graph.wait_until(lambda: learner.statuses and learner.statuses[-1].demonstration_ids == ['flight-001'])
     assert first.terminate() == 0
     graph.start('recorder', params={'grid_file': grid_file})
-    graph.wait_for('/diagnostics', DiagnosticArray, lambda a: values(a, 'recorder').get('next') == 'flight-002')
+    graph.wait_for('/diagnostics', DiagnosticArray, lambda a: fresh_and_next(a, 'flight-002'))
     Vehicle(graph).fly(flight(GRID, round_trip(), start_ns=3000 * NS))
     assert demonstration(graph, 'flight-002').window_start.sec >= 3000
     graph.wait_until(lambda: learner.statuses[-1].demonstration_ids == ['flight-001', 'flight-002'])
+
+
+def fresh_and_next(array: DiagnosticArray, demonstration_id: str) -> bool:
+    """Whether a recorder that has published nothing yet says this of its next demonstration."""
+    said = values(array, 'recorder')
+    return said.get('demonstrations') == '0' and said['next'] == demonstration_id
 
 
 def _stopped(graph: Graph) -> Trigger.Response | None:
