@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -11,7 +11,8 @@ import numpy.typing as npt
 from advise_ros.core.demonstration import Audit, Demonstration, EndReason
 from advise_ros.core.grid import Action, Grid
 from advise_ros.core.samples import CommandSamples, PoseSamples, Recording
-from advise_ros.core.tracker import MAX_SKIP_CELLS, NS, CellTracker, Fix, Step
+from advise_ros.core.track import Track, follow
+from advise_ros.core.tracker import MAX_SKIP_CELLS, NS, CellTracker
 
 # A command whose lesser component is more than this share of the greater one points at no one neighbour.
 TIE_RATIO = 0.9
@@ -33,19 +34,6 @@ class DiscretiseSettings:
     altitude_tolerance_m: float = 1.0
     max_gap_s: float = 2.0
     max_skip_cells: int = MAX_SKIP_CELLS
-
-
-@dataclass
-class _Track:
-    """Moves in the order flown: state left, direction moved, when it was entered and left."""
-
-    states: list[int] = field(default_factory=list)
-    motions: list[int] = field(default_factory=list)
-    entered_ns: list[int] = field(default_factory=list)
-    left_ns: list[int] = field(default_factory=list)
-    inserted: list[bool] = field(default_factory=list)
-    skips: int = 0
-    breaks: list[tuple[int, str]] = field(default_factory=list)
 
 
 def discretise(
@@ -89,8 +77,9 @@ def discretise(
     if not inside.any():
         audit = Audit(notes=('no positions in the window',))
         return Demonstration(demonstration_id, recording.source, grid, (), (), (), window_ns, _given(end_reason), audit)
-    used = np.flatnonzero(_used(grid, poses, inside, settings))
-    track, end = _follow(tracker, poses.stamps_ns[used], poses.positions_enu_m[used])
+    fit = _fitness(grid, poses, settings)
+    used = np.flatnonzero(_on_time(poses.stamps_ns, inside) & fit.on_grid)
+    track, end = follow(tracker, poses.stamps_ns[used], poses.positions_enu_m[used])
     stamps = poses.stamps_ns[inside]
     cut = int(stamps.min()), int(stamps.max()) if end is None else end
     actions, ambiguous, astray = _actions(track, recording.commands, cut, settings)
@@ -103,7 +92,7 @@ def discretise(
         stamps_ns=tuple(track.entered_ns),
         window_ns=cut,
         end_reason=_ended(grid, tracker, end_reason),
-        audit=_audit(grid, recording, cut, settings, (track, ambiguous, astray)),
+        audit=_audit(grid, recording, cut, settings, (fit, track, ambiguous, astray)),
     )
 
 
@@ -121,71 +110,29 @@ def _on_time(stamps_ns: Stamps, inside: Mask) -> Mask:
     return inside & fresh
 
 
-def _finite(poses: PoseSamples) -> Mask:
-    return np.asarray(np.isfinite(poses.positions_enu_m).all(axis=1))
+class _Fitness(NamedTuple):
+    """Which positions are numbers, which of them at the altitude, and which of those on the grid."""
+
+    finite: Mask
+    level: Mask
+    on_grid: Mask
 
 
-def _at_altitude(grid: Grid, poses: PoseSamples, settings: DiscretiseSettings) -> Mask:
-    return np.asarray(np.abs(poses.positions_enu_m[:, 2] - grid.altitude_m) <= settings.altitude_tolerance_m)
-
-
-def _on_grid(grid: Grid, poses: PoseSamples, settings: DiscretiseSettings) -> Mask:
-    """As CellTracker.is_inside."""
-    margin = settings.hysteresis_m
-    past = poses.positions_enu_m[:, :2] - np.asarray(grid.origin_enu_m)
-    size = np.array([grid.width * grid.resolution_m + margin, grid.height * grid.resolution_m + margin])
-    return np.asarray(((past >= -margin) & (past <= size)).all(axis=1))
-
-
-def _used(grid: Grid, poses: PoseSamples, inside: Mask, settings: DiscretiseSettings) -> Mask:
-    used = _on_time(poses.stamps_ns, inside) & _finite(poses)
-    return used & _at_altitude(grid, poses, settings) & _on_grid(grid, poses, settings)
-
-
-# -- moves -----------------------------------------------------------------------------------------
-def _follow(tracker: CellTracker, stamps_ns: Stamps, positions: npt.NDArray[np.float64]) -> tuple[_Track, int | None]:
-    """The moves along used samples, and the stamp at which a terminal state was entered."""
-    track = _Track()
-    entered_ns = 0
-    events = np.asarray(tracker.events(positions), dtype=np.int64)
-    earlier = np.maximum(events - 1, 0)
-    for before, now in zip(_fixes(stamps_ns, positions, earlier), _fixes(stamps_ns, positions, events), strict=True):
-        state = tracker.state
-        step = tracker.step(before, now)
-        if state is None:
-            entered_ns = now.stamp_ns
-        elif step is not None:
-            _record(track, tracker.grid, state, step, (entered_ns, now.stamp_ns))
-            entered_ns = now.stamp_ns
-        if tracker.finished:
-            return track, now.stamp_ns
-    return track, None
-
-
-def _fixes(stamps_ns: Stamps, positions: npt.NDArray[np.float64], rows: npt.NDArray[np.int64]) -> Iterator[Fix]:
-    return map(Fix, stamps_ns[rows].tolist(), positions[rows, 0].tolist(), positions[rows, 1].tolist())
-
-
-def _record(track: _Track, grid: Grid, state: int, step: Step, stamps_ns: Window) -> None:
-    if step.broken:
-        here, there = (grid.xy(grid.cell_of(s)) for s in (state, step.states[0]))
-        track.skips += abs(here[0] - there[0]) + abs(here[1] - there[1]) - 1
-        track.breaks.append((stamps_ns[1], f'the moves from cell {list(here)} to {list(there)} are not known'))
-        return
-    track.skips += len(step.actions) - 1
-    entered_ns, left_ns = stamps_ns
-    for motion, after in zip(step.actions, step.states, strict=True):
-        track.states.append(state)
-        track.motions.append(motion)
-        track.entered_ns.append(entered_ns)
-        track.left_ns.append(left_ns)
-        track.inserted.append(len(step.actions) > 1)
-        state, entered_ns = after, left_ns
+def _fitness(grid: Grid, poses: PoseSamples, settings: DiscretiseSettings) -> _Fitness:
+    x_enu_m, y_enu_m, z_enu_m = poses.positions_enu_m.T
+    finite = np.isfinite(x_enu_m) & np.isfinite(y_enu_m) & np.isfinite(z_enu_m)
+    level = finite & (np.abs(z_enu_m - grid.altitude_m) <= settings.altitude_tolerance_m)
+    on_grid, margin = level, settings.hysteresis_m
+    # As CellTracker.is_inside.
+    for values, origin, size in zip((x_enu_m, y_enu_m), grid.origin_enu_m, (grid.width, grid.height), strict=True):
+        past = values - origin
+        on_grid = on_grid & (past >= -margin) & (past <= size * grid.resolution_m + margin)
+    return _Fitness(finite, level, on_grid)
 
 
 # -- actions ---------------------------------------------------------------------------------------
 def _actions(
-    track: _Track, commands: CommandSamples, window_ns: Window, settings: DiscretiseSettings,
+    track: Track, commands: CommandSamples, window_ns: Window, settings: DiscretiseSettings,
 ) -> tuple[list[int], int, int]:
     """Actions of the moves, how many of them the motion decided, and how many went elsewhere than commanded."""
     kept = _in_window(commands.stamps_ns, window_ns) & np.isfinite(commands.velocities_enu_m_s).all(axis=1)
@@ -227,32 +174,30 @@ def _ended(grid: Grid, tracker: CellTracker, end_reason: EndReason) -> EndReason
 
 
 def _audit(
-    grid: Grid, recording: Recording, window_ns: Window, settings: DiscretiseSettings, moves: tuple[_Track, int, int],
+    grid: Grid, recording: Recording, window_ns: Window, settings: DiscretiseSettings, moves: tuple[_Fitness, Track, int, int],
 ) -> Audit:
     """Counts over the samples of the final window; each sample is counted for the first reason that fits."""
-    poses, (track, ambiguous, astray) = recording.poses, moves
+    poses, (fit, track, ambiguous, astray) = recording.poses, moves
     inside = _in_window(poses.stamps_ns, window_ns)
     where = np.flatnonzero(inside)
-    unstamped = int((poses.stamps_ns[where[0] : where[-1] + 1] == 0).sum())
+    unstamped = _count(poses.stamps_ns[where[0] : where[-1] + 1] == 0)
     on_time = _on_time(poses.stamps_ns, inside)
-    finite = on_time & _finite(poses)
-    level = finite & _at_altitude(grid, poses, settings)
-    used = level & _on_grid(grid, poses, settings)
+    finite, level, used = (on_time & mask for mask in fit)
     gaps = np.diff(poses.stamps_ns[used])
     max_gap_s = float(np.float32(gaps.max() / NS)) if gaps.size else 0.0  # As it travels in the message.
     numbers = {
-        'nan': int((on_time & ~finite).sum()),
-        'off_altitude': int((finite & ~level).sum()),
-        'used': int(used.sum()),
+        'nan': _count(on_time & ~finite),
+        'off_altitude': _count(finite & ~level),
+        'used': _count(used),
         'astray': astray,
         'start_ns': window_ns[0],
-        'commands': int(_in_window(recording.commands.stamps_ns, window_ns).sum()),
+        'commands': _count(_in_window(recording.commands.stamps_ns, window_ns)),
     }
     return Audit(
-        samples=int(inside.sum()) + unstamped,
-        late=int((inside & ~on_time).sum()),
+        samples=_count(inside) + unstamped,
+        late=_count(inside & ~on_time),
         unstamped=unstamped,
-        out_of_grid=int((level & ~used).sum()),
+        out_of_grid=_count(level & ~used),
         cell_skips=track.skips,
         ambiguous_actions=ambiguous,
         max_gap_s=max_gap_s,
@@ -260,8 +205,12 @@ def _audit(
     )
 
 
+def _count(mask: Mask) -> int:
+    return int(np.count_nonzero(mask))
+
+
 def _notes(
-    grid: Grid, settings: DiscretiseSettings, track: _Track, numbers: dict[str, int], max_gap_s: float,
+    grid: Grid, settings: DiscretiseSettings, track: Track, numbers: dict[str, int], max_gap_s: float,
 ) -> tuple[str, ...]:
     """One sentence for each thing that a person should know."""
     breaks, start_ns = track.breaks[:MAX_BREAK_NOTES], numbers['start_ns']

@@ -23,6 +23,18 @@ class Fix(NamedTuple):
     y_enu_m: float
 
 
+class Path(NamedTuple):
+    """Cells along many fixes, wherever the flight may have ended.
+
+    Attributes:
+        rows: indices of the fixes at which the cell changes, the first fix included.
+        cells: column and row from each of them on.
+    """
+
+    rows: list[int]
+    cells: list[tuple[int, int]]
+
+
 class Step(NamedTuple):
     """What one fix changed.
 
@@ -93,6 +105,11 @@ class CellTracker:
         there = self._axis(0, here[0], now.x_enu_m), self._axis(1, here[1], now.y_enu_m)
         if here == there:
             return None
+        return self.move(here, there, before, now)
+
+    def move(self, here: tuple[int, int], there: tuple[int, int], before: Fix, now: Fix) -> Step:
+        """Leave the cell of the state, `here`, for another one; a terminal state must not be left."""
+        assert self.state is not None
         step = self._move(self.state, self._crossings(here, there, before, now), now.stamp_ns - before.stamp_ns)
         if step.broken:
             arrival = self.grid.enter(self.grid.next_waypoint(self.state), self.grid.cell(*there))
@@ -100,22 +117,51 @@ class CellTracker:
         self.state = step.states[-1]
         return step
 
-    def events(self, positions_enu_m: npt.NDArray[np.float64]) -> list[int]:
-        """Indices of the only fixes in (n, 2 or 3) that may change the state: those where the cells allowed change."""
-        past = positions_enu_m[:, :2] - np.asarray(self.grid.origin_enu_m)
-        lowest = np.floor((past - self._hysteresis_m) / self.grid.resolution_m)
-        highest = np.floor((past + self._hysteresis_m) / self.grid.resolution_m)
-        changed = (np.diff(lowest, axis=0) != 0).any(axis=1) | (np.diff(highest, axis=0) != 0).any(axis=1)
-        return [*range(min(len(past), 1)), *(np.flatnonzero(changed) + 1).tolist()]
+    def path(self, positions_enu_m: npt.NDArray[np.float64]) -> Path:
+        """The cells along fixes (n, 2 or 3), all of them inside the grid, that follow a first one."""
+        if not len(positions_enu_m):
+            return Path([], [])
+        lowest, highest = zip(*(self._allowed(axis, positions_enu_m[:, axis]) for axis in (0, 1)), strict=True)
+        # Only where the cells allowed change can the cell change.
+        changed = np.zeros(len(positions_enu_m) - 1, dtype=np.bool_)
+        for bounds in (*lowest, *highest):
+            changed |= bounds[1:] != bounds[:-1]
+        events = np.flatnonzero(changed) + 1
+        x, y = self._first_cell(*positions_enu_m[0, :2].tolist())
+        rows, cells = [0], [(x, y)]
+        limits = (bounds[events].tolist() for bounds in (*lowest, *highest))
+        for row, west, south, east, north in zip(events.tolist(), *limits, strict=True):
+            here = x, y
+            x = west if x < west else min(x, east)
+            y = south if y < south else min(y, north)
+            if here != (x, y):
+                rows.append(row)
+                cells.append((x, y))
+        return Path(rows, cells)
 
     def _first_state(self, fix: Fix) -> int:
         grid = self.grid
-        indices = (
-            min(max(math.floor((value - origin) / grid.resolution_m), 0), size - 1)
-            for value, origin, size in zip(fix[1:], grid.origin_enu_m, (grid.width, grid.height), strict=True)
-        )
-        cell = grid.cell(*indices)
+        cell = grid.cell(*self._first_cell(fix.x_enu_m, fix.y_enu_m))
         return grid.state(0, cell) if grid.is_blocked(cell) else grid.start_state(cell)
+
+    def _first_cell(self, x_enu_m: float, y_enu_m: float) -> tuple[int, int]:
+        """Column and row of the nearest cell."""
+        grid = self.grid
+        x, y = (
+            min(max(math.floor((value - origin) / grid.resolution_m), 0), size - 1)
+            for value, origin, size in zip((x_enu_m, y_enu_m), grid.origin_enu_m, (grid.width, grid.height), strict=True)
+        )
+        return x, y
+
+    def _allowed(self, axis: int, positions_m: npt.NDArray[np.float64]) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+        """As _axis: lowest and highest index that positions allow."""
+        grid = self.grid
+        past, size = positions_m - grid.origin_enu_m[axis], grid.height if axis else grid.width
+        lowest, highest = (
+            np.minimum(np.maximum(np.floor((past + margin) / grid.resolution_m), 0), size - 1).astype(np.int64)
+            for margin in (-self._hysteresis_m, self._hysteresis_m)
+        )
+        return lowest, highest
 
     def _axis(self, axis: int, index: int, position_m: float) -> int:
         """Column (axis 0) or row (axis 1) after a position: the old one as long as its border allows."""

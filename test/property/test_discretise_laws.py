@@ -9,11 +9,14 @@ from advise_ros.core.discretise import DiscretiseSettings, discretise
 from advise_ros.core.flights import demonstrations_of
 from advise_ros.core.grid import Grid
 from advise_ros.core.samples import PoseSamples, Recording
-from advise_ros.core.tracker import CellTracker
+from advise_ros.core.track import follow
+from advise_ros.core.tracker import CellTracker, Fix
 from support.flown import GRID, NS, commands_of, flight, joined, round_trip
 
 SETTINGS = DiscretiseSettings()
 OPEN = Grid(2.0, 5, 5, (-1.0, -1.0), 5.0, waypoints=(24, 4, 20, 0))
+# A start on the first waypoint, a blocked cell, cells that the route comes by twice.
+NARROW = Grid(1.0, 4, 3, (0.3, -0.7), 5.0, waypoints=(5, 3, 0, 3), blocked=(6,))
 END = EndReason.END_OF_LOG
 
 
@@ -72,6 +75,32 @@ def test_the_live_tracker_and_the_vectorised_rule_agree(recording: Recording) ->
     assert set(seen) <= set(visited) and tracker.finished == (found.end_reason in (EndReason.FINAL_WAYPOINT, EndReason.BLOCKED))
     if not found.audit.cell_skips:
         assert list(found.states) == visited[:-1]
+
+
+@given(
+    st.integers(0, 2**32), st.integers(1, 250), st.sampled_from([0.02, 0.2, 0.6, 2.0]),
+    st.sampled_from([0.0, 0.1, 0.49]), st.sampled_from([OPEN, NARROW]),
+)
+@settings(max_examples=300, deadline=None)
+def test_a_flight_at_once_is_tracked_as_fix_by_fix(seed: int, n: int, step_m: float, hysteresis_m: float, grid: Grid) -> None:
+    rng = np.random.default_rng(seed)
+    trackers = [CellTracker(grid, hysteresis_m, max_skip_cells=2, max_gap_s=1.0) for _ in range(2)]
+    walk = np.asarray(grid.origin_enu_m) + rng.uniform(0, 4, 2) + np.cumsum(rng.normal(0.0, step_m, (n, 2)), axis=0)
+    walk[::7] = np.round(walk[::7] * 10) / 10  # On borders and on the lines of the hysteresis, too.
+    walk = walk[[trackers[0].is_inside(x, y) for x, y in walk.tolist()]]
+    stamps = np.cumsum(rng.choice([10**7, 2 * 10**9], size=len(walk), p=[0.9, 0.1])).astype(np.int64)
+    fixes = [Fix(stamp, x, y) for stamp, (x, y) in zip(stamps.tolist(), walk.tolist(), strict=True)]
+    moves, broken, end_ns = [], [], None
+    for before, now in zip([Fix(0, 0.0, 0.0), *fixes], fixes, strict=False):
+        state, step = trackers[0].state, trackers[0].step(before, now)
+        if step is not None and not step.broken and state is not None:
+            moves += zip((state, *step.states), step.actions, [now.stamp_ns] * len(step.actions), strict=False)
+        broken += [now.stamp_ns] if step is not None and step.broken else []
+        end_ns = now.stamp_ns if end_ns is None and trackers[0].finished else end_ns
+    track, found_end_ns = follow(trackers[1], stamps, walk)
+    assert list(zip(track.states, track.motions, track.left_ns, strict=True)) == moves
+    assert [stamp_ns for stamp_ns, _ in track.breaks] == broken
+    assert (found_end_ns, trackers[1].state) == (end_ns, trackers[0].state)
 
 
 @given(st.integers(0, 10**6), st.integers(1, 40), st.integers(0, 10**6))
