@@ -82,6 +82,7 @@ def test_a_person_answers_from_the_terminal(graph: Graph, grid_file: str) -> Non
     assert f'refused: query {number} was answered before' in refused.text
     undone = graph.run('answer', '--undo')
     assert (undone.popen.returncode, undone.out[-1]) == (0, 'done: answer 1 is taken back')
+    graph.wait_until(lambda: len(learner.log) == 2)
     assert [(entry.expert_id, entry.retracted) for entry in learner.log] == [('anna', False), ('anna', True)]
 
 

@@ -59,11 +59,13 @@ class Learner:
         return self.graph.wait_for('advise/status', LearnerStatus, lambda m: m.phase == phase and words in m.message, LATCHED)
 
     def open_query(self) -> int:
-        """Id of the query that is open, once learning rests."""
-        return self.graph.wait_until(
-            lambda: self.statuses and self.statuses[-1].phase == LearnerStatus.ASKING and self.statuses[-1].query_id,
-            what='an open query',
-        )
+        """Id of the query that is open, once learning rests: that of the newest policy heard, not of an older one."""
+        def asked() -> int:
+            told = self.statuses[-1] if self.statuses and self.policies else None
+            rests = told is not None and told.phase == LearnerStatus.ASKING
+            return told.query_id if rests and told.policy_version >= self.policies[-1].version else 0
+
+        return self.graph.wait_until(asked, what='an open query')
 
     def answer(
         self, number: int, preferred: Sequence[int] = (), avoided: Sequence[int] = (), verdict: int = 0,

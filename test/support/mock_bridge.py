@@ -2,19 +2,25 @@
 
 from __future__ import annotations
 
+import time
+
 from geometry_msgs.msg import PoseStamped, TwistStamped
 from rclpy.clock import Clock, ClockType
 from std_srvs.srv import Trigger
 
 from advise_msgs.msg import VehicleStatus
 from advise_ros.core.grid import Grid
-from advise_ros.core.seeking import Vector
+from advise_ros.core.seeking import ZERO, Vector
 from advise_ros.ros import qos
-from advise_ros.ros.convert import NS, stamp_from_ns
+from advise_ros.ros.convert import NS, stamp_from_ns, stamp_to_ns
 from support.graph import Graph
 from support.vehicle import LazyVehicle
 
 TURN_S = 0.01
+# A vehicle that moves by a command older than this (simulated time) waits for the next one, as the simulator's does,
+# but so long (steady time) that a busy machine does not make it fly on blindly.
+LEAD_NS = int(0.3 * NS)
+LONGEST_WAIT_S = 1.0
 
 
 class MockBridge:
@@ -40,7 +46,9 @@ class MockBridge:
         self.poses: dict[int, Vector] = {}
         self.strange: list[TwistStamped] = []
         self.now_ns = NS
-        self._command: Vector = (0.0, 0.0, 0.0)
+        self._command: Vector = ZERO
+        self._answered_ns = 0
+        self._waiting_since_s: float | None = None
         self._step_s = TURN_S * speedup
         node = graph.node
         self._poses = node.create_publisher(PoseStamped, 'pose', qos.SENSOR)
@@ -64,6 +72,7 @@ class MockBridge:
         (self.commands if self.in_air else self.strange).append(message)
         linear = message.twist.linear
         self._command = (linear.x, linear.y, linear.z)
+        self._answered_ns = stamp_to_ns(message.header.stamp)
         self._graph.notify()
 
     def _on_takeoff(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
@@ -78,13 +87,23 @@ class MockBridge:
             self.takeoffs, self.landings = self.takeoffs + in_air, self.landings + (not in_air)
             self.in_air = in_air
             self.vehicle.position[2] = self._grid.altitude_m if in_air else 0.0
-            self._command = (0.0, 0.0, 0.0)
+            self._command = ZERO
             self.publish_status()
         return response
 
+    def _waits(self) -> bool:
+        """The command that moves the vehicle is old: its sender gets some time to answer the last position."""
+        blind = self.in_air and self._command != ZERO and self.now_ns - self._answered_ns > LEAD_NS
+        since_s = self._waiting_since_s or time.monotonic()
+        waits = blind and time.monotonic() - since_s < LONGEST_WAIT_S
+        self._waiting_since_s = since_s if waits else None
+        return waits
+
     def _turn(self) -> None:
+        if self._waits():
+            return
         for _ in range(5):
-            self.vehicle.advance(self._command if self.in_air else (0.0, 0.0, 0.0), self._step_s / 5)
+            self.vehicle.advance(self._command if self.in_air else ZERO, self._step_s / 5)
         self.now_ns += round(self._step_s * NS)
         if self.sending:
             self.publish_pose()
