@@ -34,7 +34,7 @@ KEYS = """\
   w or PgUp    climb                           l   land
   s or PgDn    sink                            r   recording on or off
   space        hold                            q   quit (the vehicle holds)"""
-# Zero velocity is sent this long after the last key, then nothing: another node may fly.
+# Zero velocity is sent this long after a key is let go, then nothing: another node may fly.
 HOLD_S = 1.0
 SHOW_PERIOD_S = 0.2
 
@@ -64,6 +64,7 @@ class TeleopNode(Node):
         self._vehicle: VehicleStatus | None = None
         self._typed = b''
         self._hold_until_s = self._shown_s = 0.0
+        self._moving = False
         self._recording = False
         self._said = ''
         self._diagnostics = Diagnostics(self)
@@ -117,7 +118,7 @@ class TeleopNode(Node):
     def _press(self, key: Key, now_s: float) -> None:
         self._stick.press(key, now_s)
         if key in MOTIONS or key is Key.HOLD:
-            self._hold_until_s = now_s + self.config.key_timeout_s + HOLD_S
+            self._hold_until_s = now_s + HOLD_S
         elif key is Key.QUIT:
             self._publish(ZERO)
             rclpy.try_shutdown()
@@ -142,9 +143,14 @@ class TeleopNode(Node):
             self._start_route()
 
     def _fly(self, now_s: float) -> None:
+        """Command while a key is held and a moment longer; motion is followed by zero even if this comes late."""
+        velocity_enu_m_s = self._stick.velocity(now_s)
+        if velocity_enu_m_s != ZERO:
+            self._moving, self._hold_until_s = True, now_s + HOLD_S
         commandable = self._vehicle is None or self._vehicle.commandable
-        if commandable and now_s < self._hold_until_s:
-            self._publish(self._stick.velocity(now_s))
+        if commandable and (self._moving or now_s < self._hold_until_s):
+            self._publish(velocity_enu_m_s)
+            self._moving = velocity_enu_m_s != ZERO
 
     def _publish(self, velocity_enu_m_s: tuple[float, float, float]) -> None:
         self._commands.publish(velocity_command(velocity_enu_m_s, between_poses_ns(self.get_clock().now().nanoseconds)))
