@@ -20,9 +20,6 @@ class TrackLog:
         self._stamps_ns.append(pose.header.stamp.sec * NS + pose.header.stamp.nanosec)
         self._positions_enu_m.append((pose.pose.position.x, pose.pose.position.y))
 
-    def __len__(self) -> int:
-        return len(self._stamps_ns)
-
     def last_stamp_ns(self) -> int:
         return self._stamps_ns[-1] if self._stamps_ns else 0
 
