@@ -1,6 +1,7 @@
 """The graph around one vehicle: the simulator, ArduPilot or PX4 by MAVLink, MAVROS, or ArduPilot's DDS.
 
     ros2 launch advise_ros advise.launch.py backend:=sim
+    ros2 launch advise_ros advise.launch.py backend:=sim autostart:=false console:=true
     ros2 launch advise_ros advise.launch.py backend:=ardupilot url:=udpin:127.0.0.1:14550 grid_file:=/path/to/grid.yaml
     ros2 launch advise_ros advise.launch.py backend:=mavros namespace:=drone1 bag:=/tmp/session
 
@@ -31,7 +32,7 @@ CARRIERS = {
 }
 LEARNERS = ('recorder', 'advise', 'policy')
 ACTORS = ('pilot', 'expert')
-HAVE_A_GRID = ('mavlink_bridge', 'guard', *LEARNERS, *ACTORS)
+HAVE_A_GRID = ('mavlink_bridge', 'guard', *LEARNERS, *ACTORS, 'console')
 
 URLS = {'sim': 'udpin:127.0.0.1:14550', 'ardupilot': 'udpin:127.0.0.1:14550', 'px4': 'udpin:127.0.0.1:14540'}
 
@@ -61,15 +62,19 @@ ARGUMENTS = (
         description='backend sim: start the simulated pilot and expert too; false: a person flies (teleop) and answers',
     ),
     DeclareLaunchArgument('bag', default_value='', description='directory of a bag to write; empty: none'),
+    DeclareLaunchArgument(
+        'console', default_value='false', choices=['true', 'false'], description="serve the person's page, and print its address",
+    ),
     DeclareLaunchArgument('rviz', default_value='false', choices=['true', 'false'], description='show the map in RViz'),
     DeclareLaunchArgument('log_level', default_value='info', description='debug, info, warn, error or fatal'),
 )
 
 
-def executables(backend: str, autostart: bool, bag: str) -> tuple[str, ...]:
+def executables(given: dict[str, str]) -> tuple[str, ...]:
     """Executables of this package that run."""
-    actors = ACTORS if backend == 'sim' and autostart else ()
-    return (*CARRIERS[backend], *LEARNERS, *actors, *(('logger',) if bag else ()))
+    actors = ACTORS if given['backend'] == 'sim' and given['autostart'] == 'true' else ()
+    wanted = (('logger', given['bag'] != ''), ('console', given['console'] == 'true'))
+    return (*CARRIERS[given['backend']], *LEARNERS, *actors, *(name for name, runs in wanted if runs))
 
 
 def own_parameters(name: str, given: dict[str, str]) -> dict[str, object]:
@@ -121,8 +126,7 @@ def node(name: str, given: dict[str, str]) -> Node:
 def graph(context: LaunchContext) -> list[Node]:
     """All nodes for the given arguments."""
     given = {argument.name: LaunchConfiguration(argument.name).perform(context) for argument in ARGUMENTS}
-    names = executables(given['backend'], given['autostart'] == 'true', given['bag'])
-    nodes = [node(name, given) for name in names]
+    nodes = [node(name, given) for name in executables(given)]
     if given['rviz'] == 'true':
         nodes.append(Node(package='rviz2', executable='rviz2', arguments=['-d', str(CONFIG / 'advise.rviz')]))
     return nodes

@@ -44,7 +44,9 @@ GRANTS: dict[str, Grants] = {
     'simulator': Grants(publish=('clock',)),
     'mavlink_bridge': Grants(('pose', 'battery_state', 'vehicle_status'), ('cmd_vel',), VEHICLE),
     'guard': Grants(('guard/cmd_vel', 'guard/pose'), ('cmd_vel', 'pose'), GUARD),
-    'recorder': Grants(('demonstration',), (*FLOWN, 'odom', 'policy/status', 'demonstration', 'advise/status'), RECORDING),
+    'recorder': Grants(
+        ('demonstration', 'recorder/track'), (*FLOWN, 'odom', 'policy/status', 'demonstration', 'advise/status'), RECORDING,
+    ),
     'advise': Grants((*LEARNT, *PICTURES, 'demonstration'), ('demonstration',), ANSWERING),
     'policy': Grants(
         ('cmd_vel', 'policy/status'), ('advise/policy', 'vehicle_status', 'pose'), ('policy/stop',), execute=('policy/fly',),
@@ -52,11 +54,14 @@ GRANTS: dict[str, Grants] = {
     'logger': Grants((), SESSION, request=('*/list_parameters', '*/get_parameters')),
     'pilot': Grants(('cmd_vel', 'pilot/status'), ('vehicle_status', 'pose'), (), (*VEHICLE, 'recorder/stop')),
     'expert': Grants((), ('advise/query',), (), ('advise/answer',)),
-    'console': Grants((), SESSION, (), (*ANSWERING, *RECORDING, 'policy/stop', *VEHICLE), call=('policy/fly',)),
+    'console': Grants(
+        (), SESSION, (), (*ANSWERING, *RECORDING, 'policy/stop', *VEHICLE, 'advise/get_parameters'), call=('policy/fly',),
+    ),
     'teleop': Grants(('cmd_vel',), ('vehicle_status', 'pose'), (), (*VEHICLE, *RECORDING)),
     # A person with the ros2 command.
     'operator': Grants(
-        (), SESSION, (), (*ANSWERING, *RECORDING, *VEHICLE, *GUARD, 'policy/stop', '*/get_parameters', '*/list_parameters'),
+        (), (*SESSION, 'recorder/track'), (),
+        (*ANSWERING, *RECORDING, *VEHICLE, *GUARD, 'policy/stop', '*/get_parameters', '*/list_parameters'),
         call=('policy/fly',),
     ),
 }

@@ -14,15 +14,15 @@ from rclpy.node import Node
 from sensor_msgs.msg import BatteryState
 
 from advise_msgs import msg
-from advise_ros.config import AdviseConfig
 from advise_ros.console import views
 from advise_ros.console.board import Board
-from advise_ros.core.advice import AdviceRecord, Query
+from advise_ros.console.past import Entry, Past
+from advise_ros.console.settings import LearnerSettings
+from advise_ros.core.advice import Query
 from advise_ros.core.counts import count
 from advise_ros.core.demonstration import Demonstration, known, standing
 from advise_ros.core.errors import AdviseError
 from advise_ros.core.grid import Grid
-from advise_ros.core.mdp import terminal
 from advise_ros.ros import convert, convert_advice, qos
 
 TICK_S = 0.25
@@ -48,11 +48,11 @@ class Listener:
         self.board = Board()
         self.query: Query | None = None
         self.grid: Grid | None = None
-        self.entries: list[tuple[AdviceRecord, int]] = []
+        self._past = Past()
+        self._settings = LearnerSettings(node, self._show_policy)
         self._silence_s = silence_s
         self._demonstrations: tuple[Demonstration, ...] = ()
         self._policy: msg.Policy | None = None
-        self._gains: dict[int, dict[str, object]] = {}
         self._health: dict[str, tuple[DiagnosticStatus, float]] = {}
         self._learner_heard_s: float | None = None
         self._track: deque[tuple[float, float]] = deque(maxlen=TRACK_POINTS)
@@ -111,28 +111,35 @@ class Listener:
         self._hear_learner()
         before, self._policy = self._policy, message
         self._on_grid(convert.grid_from_msg(message.grid))
-        if before is not None and message.version < before.version:  # Another learner has started.
-            self._gains.clear()
+        if before is not None and message.version <= before.version and message.header.stamp != before.header.stamp:
+            self._on_another_learner(message)
+        self._past.begin(int(message.log_length))
         self._show_policy()
-        self._show_gain(before)
+        self._note_gain(before, message)
+        self.board.put('gains', self._past.view())
+
+    def _on_another_learner(self, first: msg.Policy) -> None:
+        """It has been started again: with the same session, or with none."""
+        self._settings.forget()
+        if first.log_length == 0:
+            self._past.clear()
+            self.board.put('log', [])
 
     def _show_policy(self) -> None:
         if self._policy is None or self.grid is None or len(self._policy.greedy) != self.grid.n_states:
             return
-        taken = count(self.grid, self._held()).taken.astype(np.float64)
-        unsure = views.uncertainty(self._policy, taken, terminal(self.grid), AdviseConfig.laplace, AdviseConfig.w_p)
-        self.board.put('policy', views.policy_view(self._policy, self.grid, unsure))
+        taken = count(self.grid, self._held())
+        self.board.put('policy', views.policy_view(
+            self._policy, self.grid, taken, self._settings.value, own=self._settings.own,
+        ))
 
-    def _show_gain(self, before: msg.Policy | None) -> None:
-        """What the entries of the log since the policy before have bought, kept by the newest of them."""
-        now, shown = self._policy, self.board.sections.get('policy')
-        if before is None or now is None or shown is None or now.log_length <= before.log_length:
+    def _note_gain(self, before: msg.Policy | None, now: msg.Policy) -> None:
+        """What the entries of the log since the policy before have bought."""
+        shown = self.board.sections.get('policy')
+        if before is None or shown is None or now.log_length <= before.log_length or len(before.greedy) != len(now.greedy):
             return
-        if len(before.greedy) == len(now.greedy):
-            changed = int((np.asarray(before.greedy) != np.asarray(now.greedy)).sum())
-            gain = {'entry': int(now.log_length), 'changed': changed, 'reaches': shown.value['reaches']}
-            self._gains[int(now.log_length)] = {**gain, 'success': shown.value['success']}
-            self.board.put('gains', list(self._gains.values()))
+        changed = int((np.asarray(before.greedy) != np.asarray(now.greedy)).sum())
+        self._past.learnt(int(now.log_length), changed, {name: shown.value[name] for name in ('reaches', 'success')})
 
     def _on_query(self, message: msg.AdviceQuery) -> None:
         self._hear_learner()
@@ -148,8 +155,13 @@ class Listener:
             self.board.put('query', views.query_view(self.query, moments))
 
     def _on_advice(self, message: msg.Advice) -> None:
-        self.entries.append((convert_advice.advice_from_msg(message), convert.stamp_to_ns(message.header.stamp)))
-        self.board.put('log', views.log_view(self.entries))
+        if self._past.add(convert_advice.advice_from_msg(message), convert.stamp_to_ns(message.header.stamp)):
+            self.board.put('log', views.log_view(self.entries))
+
+    @property
+    def entries(self) -> list[Entry]:
+        """The advice log of the session."""
+        return self._past.entries
 
     def _on_learner(self, message: msg.LearnerStatus) -> None:
         self._hear_learner()
@@ -184,6 +196,7 @@ class Listener:
 
     def _on_tick(self) -> None:
         """Tell the state of all nodes, those that have fallen silent included."""
+        self._settings.poll()
         now = time.monotonic()
         nodes = [
             {

@@ -63,9 +63,14 @@ class Page(ui.element, component='static/console.js'):
         self.on('act', self._on_act)
         self.on('hello', self._on_hello)
 
-    def _on_hello(self) -> None:
-        """The window was cut off; it gets everything again."""
-        self.known.clear()
+    def _on_hello(self, event: Any) -> None:
+        """A line is up: the window may act from the reply on; one that was cut off gets everything again."""
+        given = event.args
+        if not isinstance(given, dict):
+            return
+        if given.get('again'):
+            self.known.clear()
+        self.run_method('welcome', str(given.get('line')))
 
     async def _on_act(self, event: Any) -> None:
         given = event.args

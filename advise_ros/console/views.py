@@ -12,12 +12,15 @@ import numpy as np
 from advise_msgs import msg
 from advise_ros.config import PolicyConfig
 from advise_ros.core.advice import AdviceRecord, Query, Verdict
-from advise_ros.core.counts import count
+from advise_ros.core.counts import Counts, count
 from advise_ros.core.demonstration import Demonstration
 from advise_ros.core.grid import N_ACTIONS, Grid
-from advise_ros.core.numerics import Bools, Floats, entropy
+from advise_ros.core.learn import LearnSettings
+from advise_ros.core.mdp import terminal
+from advise_ros.core.numerics import Floats
 from advise_ros.core.outlook import expected_success
 from advise_ros.core.rollout import rollout, step_budget
+from advise_ros.core.uncertainty import uncertainty
 from advise_ros.ros.convert import NS, stamp_to_ns
 
 View = dict[str, Any]
@@ -45,26 +48,29 @@ def flown_view(grid: Grid, demonstrations: Sequence[Demonstration]) -> View:
     return {'demonstrations': len(demonstrations), 'states': states.tolist(), 'taken': taken[states].ravel().tolist()}
 
 
-def policy_view(policy: msg.Policy, grid: Grid, unsure: Floats) -> View:
-    """The greedy actions, the route from the start, and how unsure the learner is, between its extremes."""
+def policy_view(policy: msg.Policy, grid: Grid, taken: Counts, settings: LearnSettings, *, own: bool = True) -> View:
+    """The greedy actions, the route from the start, and how unsure the learner is, between its extremes.
+
+    Args:
+        own: the settings are the learner's; else the usual ones, which the page tells.
+    """
     greedy = np.asarray(policy.greedy, dtype=np.int64)
     start = grid.start_state()
     flight = rollout(grid, greedy.tolist(), start, step_budget(grid, start, BUDGET_FACTOR))
     return {
         'version': int(policy.version), 'log': int(policy.log_length), 'greedy': ''.join(map(str, policy.greedy)),
-        'unsure': levels(unsure), 'route': list(flight.states), 'reaches': flight.reached, 'steps': flight.steps,
-        'waypoints': flight.waypoints_reached, 'success': expected_success(grid, greedy, 0.0, BUDGET_FACTOR),
+        'unsure': levels(unsure(policy, grid, taken, settings)), 'own': own,
+        'route': list(flight.states), 'reaches': flight.reached, 'steps': flight.steps,
+        'waypoints': flight.waypoints_reached, 'success': expected_success(grid, greedy, settings.slip, BUDGET_FACTOR),
     }
 
 
-def uncertainty(policy: msg.Policy, taken: Floats, over: Bools, laplace: float, w_p: float) -> Floats:
-    """U_s of every state (definition 3), as the learner computes it, (n,) [nat]; the least where a flight is `over`."""
+def unsure(policy: msg.Policy, grid: Grid, taken: Counts, settings: LearnSettings) -> Floats:
+    """U_s of every state (definition 3) as the learner has it, (n,) [nat]; the least where a flight is over."""
     shares = np.asarray(policy.probabilities, dtype=np.float64).reshape(-1, N_ACTIONS)
-    smoothed = taken + laplace
-    flown = entropy(smoothed / smoothed.sum(axis=1, keepdims=True))
-    mixed: Floats = w_p * flown + (1.0 - w_p) * entropy(shares)
-    mixed[over] = mixed.min()
-    return mixed
+    found = uncertainty(taken.distribution(settings.laplace), shares, settings.w_p).state
+    found[terminal(grid)] = found.min()
+    return found
 
 
 def levels(values: Floats) -> str:
@@ -118,10 +124,16 @@ def advice_view(record: AdviceRecord, stamp_ns: int) -> View:
 
 
 def log_view(entries: Sequence[tuple[AdviceRecord, int]]) -> list[View]:
-    """One view an answer, in order; what was taken back is marked. `entry` counts the log's entries from 1."""
-    gone = {record.advice_id for record, _ in entries if record.retracted}
+    """One view an answer, in order; what was taken back is marked.
+
+    `entry` counts the log's entries from 1, `back` is the one that took the answer back, 0 while it holds.
+    """
+    back = {record.advice_id: entry for entry, (record, _) in enumerate(entries, start=1) if record.retracted}
     return [
-        {**advice_view(record, stamp), 'entry': entry, 'retracted': record.advice_id in gone}
+        {
+            **advice_view(record, stamp), 'entry': entry, 'retracted': record.advice_id in back,
+            'back': back.get(record.advice_id, 0),
+        }
         for entry, (record, stamp) in enumerate(entries, start=1) if not record.retracted
     ]
 

@@ -25,10 +25,13 @@ from advise_ros.recording.listener import COMPONENT_ID, Listener
 from advise_ros.recording.tlog import read_tlog
 from advise_ros.ros import convert, diagnostics, parameters, qos, run
 from advise_ros.ros.diagnostics import Diagnostics
+from advise_ros.ros.track import TrackTopic
 
 POLL_S = 0.05
 REPORT_S = 1.0
 POLICY_TOPIC = 'policy/status'
+# The track has a point each time the drone has moved by this share of a cell.
+TRACK_STEP_CELLS = 0.1
 # Landing and disarming may come at once; both count.
 STATUS_DEPTH = 50
 
@@ -40,11 +43,11 @@ class RecorderNode(Node):
     `cmd_vel` (TwistStamped in frame map), `vehicle_status` and `policy/status`. With source mavlink it
     listens to a MAVLink link instead, with source tlog it reads a log and publishes all its flights.
     Publishes `demonstration` when a flight ends: at the final waypoint, at landing or disarming, or by
-    recorder/stop. Without vehicle_status the altitude tells take-off and landing. Flights of the policy
-    are left out. A flight whose climb was not heard, because the recorder began in mid-flight, has a note in its
-    audit. Ids are counted on from those that the learner or another publisher has, so a recorder that is started
-    again repeats none. A position that is not a number or in another frame is refused; the audit in each
-    demonstration tells what of its samples was not used.
+    recorder/stop; and `recorder/track`, a marker of where the drone was lately. Without vehicle_status the altitude
+    tells take-off and landing. Flights of the policy are left out. A flight whose climb was not heard, because the
+    recorder began in mid-flight, has a note in its audit. Ids are counted on from those that the learner or another
+    publisher has, so a recorder that is started again repeats none. A position that is not a number or in another
+    frame is refused; the audit in each demonstration tells what of its samples was not used.
 
     Services (std_srvs/Trigger): `recorder/start` and `recorder/stop` begin and end a demonstration by hand
     (split manual: the only way); it ends by itself at the final waypoint. `recorder/discard` drops the one
@@ -65,6 +68,7 @@ class RecorderNode(Node):
         self._refused: Counter[str] = Counter()
         self._poses = self._commands = 0
         self._publisher = self.create_publisher(msg.Demonstration, 'demonstration', qos.DEMONSTRATIONS)
+        self._track = TrackTopic(self, TRACK_STEP_CELLS * self._grid.resolution_m)
         self._diagnostics = Diagnostics(self)
         self._diagnostics.meter('pose', 'cmd_vel')
         {'topics': self._open_topics, 'mavlink': self._open_mavlink, 'tlog': self._open_tlog}[self.config.source]()
@@ -117,6 +121,8 @@ class RecorderNode(Node):
         position = (pose.position.x, pose.position.y, pose.position.z)
         if not all(map(math.isfinite, position)):
             self._refuse('positions that are not numbers are not used')
+        else:
+            self._track.add(position)
         self._recorder.pose(convert.stamp_to_ns(message.header.stamp), position)
 
     def _on_command(self, message: TwistStamped) -> None:
@@ -178,6 +184,7 @@ class RecorderNode(Node):
     def _report(self) -> None:
         if self.config.source == 'topics' and not self.count_publishers(POLICY_TOPIC):
             self._recorder.policy(flies=False)  # A policy node that died flies nothing.
+        self._track.publish()
         values = {
             'demonstrations': len(self._recorder.published), 'next': self._recorder.next_id,
             'poses': self._poses, 'commands': self._commands, **self._refused,

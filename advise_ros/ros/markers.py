@@ -1,4 +1,4 @@
-"""The open question as RViz markers: its cells lit, the policy's arrows of its layers, the waypoints numbered."""
+"""RViz markers: the question's cells lit, the policy's arrows of its layers, the waypoints numbered; the drone's track."""
 
 from __future__ import annotations
 
@@ -17,8 +17,10 @@ from advise_ros.ros.convert import MAP_FRAME, stamp_from_ns
 LAYER_COLOURS = ((0.90, 0.62, 0.0), (0.34, 0.71, 0.91), (0.0, 0.62, 0.45), (0.80, 0.47, 0.65), (0.94, 0.89, 0.26))
 WHITE = (1.0, 1.0, 1.0)
 GREY = (0.35, 0.35, 0.35)
+TRACK_COLOUR = (0.84, 0.37, 0.0)
 # Layers are drawn above each other, this share of a cell apart.
 LAYER_GAP = 0.08
+TRACK_WIDTH_M = 0.08
 
 
 def question_markers(learned: Learned, query: Query | None, stamp_ns: int) -> MarkerArray:
@@ -34,6 +36,14 @@ def question_markers(learned: Learned, query: Query | None, stamp_ns: int) -> Ma
     for marker in markers:
         marker.header.frame_id, marker.header.stamp = MAP_FRAME, stamp_from_ns(stamp_ns)
     return MarkerArray(markers=markers)
+
+
+def track_marker(points: list[Point], stamp_ns: int) -> Marker:
+    """Where the drone was, as a line in frame map."""
+    out = _marker('track', 0, Marker.LINE_STRIP, _colour(TRACK_COLOUR, 0.9))
+    out.header.frame_id, out.header.stamp = MAP_FRAME, stamp_from_ns(stamp_ns)
+    out.scale.x, out.points = TRACK_WIDTH_M, points
+    return out
 
 
 def _marker(namespace: str, index: int, kind: int, colour: ColorRGBA) -> Marker:

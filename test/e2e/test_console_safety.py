@@ -170,14 +170,30 @@ def test_hold_works_from_anywhere_and_tells_what_came_of_it(graph: Graph, browse
         return response
 
     anna = Person(browser, address)
-    # The first may come before the page's line to the console is up; it says so then.
-    anna.hold_until(lambda: 'nobody serves /policy/stop; is its node running?' in anna.at('note').inner_text())
+    anna.press(' ')  # The page is live, so this arrives.
+    anna.shows('note', 'Hold: nobody serves /policy/stop; is its node running?')
     graph.in_node_thread(lambda: graph.node.create_service(Trigger, 'policy/stop', hold))
     anna.hold_until(lambda: bool(held))
     anna.shows('note', 'Hold: holding.')
-    before = len(held)
     anna.page.get_by_label('Your name').press(' ')  # In a text field a space is a space.
     anna.page.get_by_label('Your name').blur()
+    anna.rests()
+    before = len(held)
     anna.click('^Hold')
     graph.wait_until(lambda: len(held) == before + 1, what='the second hold')
     assert not anna.errors
+
+
+def test_a_page_whose_line_is_not_up_says_so_and_refuses(graph: Graph, browser: Browser) -> None:
+    _, address = start_console(graph)
+    context = browser.new_context()
+    page = context.new_page()
+    page.route_web_socket('**/socket.io/**', lambda _: None)  # It opens, and nobody is there.
+    page.goto(address)
+    connection = page.locator('[data-test=connection]')
+    expect(connection).to_contain_text('connecting')
+    page.keyboard.press(' ')
+    expect(page.locator('[data-test=note]')).to_contain_text('there is no connection to the console; nothing was done')
+    expect(page.get_by_role('button', name='Fly the policy')).to_be_disabled()
+    expect(connection).to_contain_text('cut off')
+    expect(page.locator('[data-test=alarm]')).to_contain_text('No connection to the console')

@@ -97,12 +97,16 @@ class Person:
 
     def hold_until(self, held: Callable[[], bool]) -> None:
         """Press the space bar until it arrives: the service may be new."""
-        for _ in range(100):
+        for _ in range(PATIENCE_MS // 100):
             self.press(' ')
             self.page.wait_for_timeout(100)
             if held():
                 return
         raise AssertionError('hold never arrived')
+
+    def rests(self) -> None:
+        """Wait until every act so far has its reply."""
+        self.page.wait_for_function(RESTS)
 
     def history(self, *words: str) -> None:
         """Wait until the newest answer holds these words."""
@@ -115,10 +119,12 @@ class Person:
         return count
 
 
-LATE_ANSWER = """async ([query, states]) => {
-  const page = Object.values(mounted_app.$refs).flat().find((element) => element && element.link);
-  return page.link.answer({ ...page.given(0), query, states, preferred: [0], avoided: [2] });
-}"""
+PAGE = 'Object.values(mounted_app.$refs).flat().find((element) => element && element.link)'
+RESTS = f'() => !{PAGE}.link.waiting.size'
+LATE_ANSWER = f"""async ([query, states]) => {{
+  const page = {PAGE};
+  return page.link.answer({{ ...page.given(0), query, states, preferred: [0], avoided: [2] }});
+}}"""
 COUNT_PIXELS = """([r, g, b]) => {
   const canvas = document.querySelector('.stage > .map canvas');
   const data = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height).data;

@@ -89,6 +89,14 @@ def test_a_bag_brings_the_logger(launch_file: ModuleType) -> None:
     assert nodes(launch_file, bag='/tmp/bag')['logger'].parameters[1]['bag'] == '/tmp/bag'
 
 
+def test_the_page_is_a_switch(launch_file: ModuleType) -> None:
+    assert 'console' not in nodes(launch_file)
+    page = nodes(launch_file, backend='mavros', console='true', namespace='drone1')['console']
+    assert (page.output, page.namespace, dict(page.remappings)) == ('screen', 'drone1', {'pose': 'guard/pose'})
+    assert page.parameters[1]['grid_file'] == '/share/advise_ros/config/grid_6x6.yaml'
+    assert 'grid_file' not in nodes(launch_file, params_file='my.yaml', console='true')['console'].parameters[1]
+
+
 def test_rviz_shows_the_shipped_view(launch_file: ModuleType) -> None:
     assert nodes(launch_file, rviz='true')['rviz2'].arguments == ['-d', '/share/advise_ros/config/advise.rviz']
 

@@ -9,7 +9,7 @@ import { layerViews, describe } from '/console/layers.js';
 import { keyAct } from '/console/keys.js';
 import { ANSWER, CONTRADICTION, MIXED, SKIP, SPLIT, UNSURE, assumed, count, list, names, percent, said } from '/console/words.js';
 
-const PREVIEW_AFTER_MS = 250, STALE_MS = 4000, NOTE_MS = 12000, TRACK_POINTS = 1500;
+const PREVIEW_AFTER_MS = 250, LOOK_MS = 100, STALE_MS = 4000, NOTE_MS = 12000, TRACK_POINTS = 1500;
 const MOMENT_CELLS_A_SECOND = 3.5;
 
 export default {
@@ -18,7 +18,7 @@ export default {
   template,
   data() {
     return {
-      s: {}, up: true, stale: false, people: 1, kept: [], preferred: [], avoided: [], comment: '', by: localStorage.getItem('advise-name') || '',
+      s: {}, up: false, met: false, stale: false, people: 1, kept: [], preferred: [], avoided: [], comment: '', by: localStorage.getItem('advise-name') || '',
       theme: localStorage.getItem('advise-theme') || 'auto', systemDark: matchMedia('(prefers-color-scheme: dark)').matches,
       layer: 0, show: { unsure: false, flown: true, policy: true, route: true }, preview: null, previewing: false, clash: null, note: null,
       drawing: false, part: new Set(), cursor: -1, looked: null, replaying: -1, help: false, sent: 0,
@@ -62,13 +62,16 @@ export default {
     },
     mapLabel() { return this.map ? describe(this, this.layer) : 'No map yet'; },
     alarm() {
-      if (!this.up || this.stale) return 'No connection to the console. The page tries again by itself; an answer that you give now is kept and sent once.';
+      if (this.cutOff) return 'No connection to the console. The page tries again by itself; an answer that you give now is kept and sent once.';
       const graph = this.s.graph;
       if (graph && !graph.learner) return graph.heard ? 'The learner is silent. An answer that you give now is kept and sent once when it is back.' : 'No learner is heard yet; start it, or wait.';
       return '';
     },
     troubled() { return (this.s.nodes || []).filter((node) => node.level === 'error' || node.level === 'silent'); },
+    // Acts arrive; until the line is up for the first time the page is on its way, not cut off.
     canCommand() { return this.up && !this.stale; },
+    cutOff() { return !this.canCommand && (this.met || this.stale); },
+    line() { return this.canCommand ? '● live' : this.cutOff ? '○ cut off' : '… connecting'; },
     status() {
       if (this.learner.phase === 'learning') return 'The drone is learning …';
       if (this.query && this.open) return `The drone asks: question ${this.query.id}`;
@@ -85,6 +88,7 @@ export default {
     dark: { immediate: true, handler(dark) { document.documentElement.dataset.theme = dark ? 'dark' : 'light'; } },
     theme(theme) { localStorage.setItem('advise-theme', theme); },
     by(by) { localStorage.setItem('advise-name', by); },
+    canCommand(now) { if (now && !this.preview) this.askPreview(); },
     preferred() { this.askPreview(); },
     avoided() { this.askPreview(); },
   },
@@ -97,7 +101,7 @@ export default {
   },
   mounted() {
     document.title = 'advise';
-    this.timer = setInterval(() => this.look(), 500);
+    this.timer = setInterval(() => this.look(), LOOK_MS);
     document.addEventListener('keydown', (event) => keyAct(this, event));
     matchMedia('(prefers-color-scheme: dark)').addEventListener('change', (event) => { this.systemDark = event.matches; });
     this.frame();
@@ -114,6 +118,7 @@ export default {
       for (const [name, value] of Object.entries(rest)) this.s[name] = Object.freeze(value);
     },
     reply(id, reply) { this.link.reply(id, reply); },
+    welcome(line) { this.link.welcome(line); this.look(); },
     fly(drone) {
       this.moving.drone = drone;
       const track = this.moving.track, last = track[track.length - 1], step = 0.1 * (this.map?.resolution || 1);
@@ -123,6 +128,7 @@ export default {
     },
     look() {
       this.up = this.link.look();
+      this.met = this.met || this.up;
       this.stale = performance.now() - this.heard > STALE_MS;
     },
     frame() {

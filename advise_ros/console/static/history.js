@@ -2,7 +2,7 @@
 import { clock, count, percent, said } from '/console/words.js';
 
 export default {
-  props: { log: Array, gains: Array, contradictions: Array, disabled: Boolean },
+  props: { log: Array, gains: Object, contradictions: Array, disabled: Boolean },
   emits: ['retract', 'look'],
   template: `
     <ol class="history" aria-label="Answers so far, the newest first" reversed>
@@ -12,8 +12,9 @@ export default {
           <b>{{ clashes(entry) ? '⚠ ' : '' }}{{ said(entry) }}</b>
           <span>{{ entry.id }} · question {{ entry.query }} · {{ count(entry.states.length, 'cell') }} · {{ entry.by || 'someone' }} {{ clock(entry.at) }}</span>
           <span v-if="entry.comment" class="comment">“{{ entry.comment }}”</span>
-          <span v-if="entry.retracted">taken back</span>
-          <span v-else-if="gain(entry)" class="gain">{{ gain(entry) }}</span>
+          <span v-if="entry.retracted">taken back{{ bought(entry.back) ? ', which ' + bought(entry.back) : '' }}</span>
+          <span v-else-if="early(entry)">what it bought is not known: given before this console was started</span>
+          <span v-else-if="bought(entry.entry)" class="gain">{{ bought(entry.entry) }}</span>
         </div>
         <button v-if="!entry.retracted" type="button" class="quiet" :disabled="disabled" :aria-label="'Take back answer ' + entry.id + ': ' + said(entry)"
           @focus="$emit('look', entry)" @blur="$emit('look', null)" @click="$emit('retract', entry.id)">Take back</button>
@@ -24,9 +25,11 @@ export default {
   methods: {
     said, clock, count,
     clashes(entry) { return !entry.retracted && (this.contradictions || []).includes(entry.id); },
-    gain(entry) {
-      const found = (this.gains || []).find((one) => one.entry === entry.entry);
-      return found ? `changed ${count(found.changed, 'cell')}, then ${percent(found.success)} expected` : '';
+    early(entry) { return entry.entry <= (this.gains?.since || 0); },
+    // Several entries may have been learnt at once: then the gain is that of all of them.
+    bought(number) {
+      const found = this.early({ entry: number }) ? null : (this.gains?.gains || []).find((one) => one.entry >= number);
+      return found ? `${found.entry > number ? 'with the next ' : ''}changed ${count(found.changed, 'cell')}, then ${percent(found.success)} expected` : '';
     },
   },
 };

@@ -2,13 +2,15 @@
 // everything else is refused while there is no connection, so that no old wish to fly is carried out later.
 import { newId } from '/console/words.js';
 
-const STORE = 'advise-answers';
+const STORE = 'advise-answers', GREET_AGAIN_MS = 3000;
 
 export class Link {
   constructor(emit, changed) {
     this.emit = emit;
     this.changed = changed;
-    this.up = false;
+    this.up = false; // Acts arrive: the server has replied to this line's greeting.
+    this.line = null; // The socket that was greeted, and when.
+    this.greeted = 0;
     this.waiting = new Map();
     this.number = 0;
     this.answers = this.load();
@@ -23,22 +25,37 @@ export class Link {
     this.changed(this.answers);
   }
 
-  // Called twice a second: after a loss everything is asked for anew.
+  // Called often: a line that is new is greeted, and after a loss everything is asked for anew.
   look() {
-    const up = Boolean(window.socket?.connected && window.did_handshake);
-    if (up && !this.up) {
-      this.emit('hello');
-      this.up = true;
-      for (const given of this.answers) this.send('answer', given);
+    const line = this.open();
+    if (line !== this.line) this.lose();
+    if (line && (line !== this.line || (!this.up && performance.now() - this.greeted > GREET_AGAIN_MS))) {
+      this.emit('hello', { line, again: this.line !== null });
+      this.greeted = performance.now();
+      this.line = line;
     }
-    this.up = up;
-    return up;
+    return this.up;
+  }
+
+  // Whether what was on its way has arrived is not known; answers are sent again, as they are taken once.
+  lose() {
+    this.up = false;
+    for (const [id, act] of this.waiting) if (act.name !== 'answer') this.reply(id, { ok: false, message: 'the connection was lost; look whether it was done' });
+  }
+
+  open() { return window.socket?.connected && window.did_handshake ? window.socket.id : ''; }
+
+  // The server has heard the greeting, so it hears what follows.
+  welcome(line) {
+    if (line !== this.open() || this.up) return;
+    this.up = true;
+    for (const given of this.answers) this.send('answer', given);
   }
 
   send(name, given) {
     const id = ++this.number;
     const reply = new Promise((resolve) => this.waiting.set(id, { name, given, resolve }));
-    if (window.socket?.connected && window.did_handshake) this.emit('act', { id, name, given });
+    if (this.up && this.open() === this.line) this.emit('act', { id, name, given });
     else if (name !== 'answer') this.reply(id, { ok: false, message: 'there is no connection to the console; nothing was done' });
     return reply;
   }

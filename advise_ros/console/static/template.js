@@ -5,7 +5,7 @@ export default `
     <button type="button" class="hold" @click="act('hold')" aria-label="Hold: stop the drone's policy flight now (space bar)"><span aria-hidden="true">⬣</span> HOLD <kbd>Space</kbd></button>
     <h1>advise</h1>
     <p class="status" role="status" aria-live="polite" data-test="status">{{ status }}</p>
-    <span class="pill" :class="canCommand ? 'good' : 'bad'" data-test="connection">{{ canCommand ? '● live' : '○ cut off' }}</span>
+    <span class="pill" :class="{good: canCommand, bad: cutOff}" data-test="connection">{{ line }}</span>
     <span class="pill" :class="troubled.length ? 'bad' : 'well'" v-if="(s.nodes || []).length">{{ troubled.length ? '✖ ' + count(troubled.length, 'node') + ' in trouble' : '● ' + count(s.nodes.length, 'node') + ' well' }}</span>
     <span class="pill" v-if="s.battery != null" data-test="battery">battery {{ s.battery }} %</span>
     <span class="pill" v-if="people > 1" data-test="people">{{ people }} windows</span>
