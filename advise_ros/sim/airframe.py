@@ -9,8 +9,6 @@ from numpy.typing import NDArray
 from rotorpy.vehicles.hummingbird_params import quad_params
 from rotorpy.vehicles.multirotor import Multirotor
 
-from advise_ros.sim.written_out import Craft, Packed
-
 Array = NDArray[np.float64]
 Body = dict[str, Array]
 
@@ -22,7 +20,7 @@ HOVER_ROTOR_RAD_S = float(np.sqrt(PARAMETERS['mass'] * 9.81 / (4 * PARAMETERS['k
 
 
 class Airframe(Multirotor):  # type: ignore[misc]  # RotorPy has no types
-    """RotorPy's craft, its equations written out; the step is the midpoint rule.
+    """RotorPy's forces, moments and attitude loop; the step is the midpoint rule.
 
     RotorPy's own `step` calls solve_ivp, which costs more than the physics, and draws motor noise from
     numpy's global state, which no seed of ours reaches.
@@ -30,7 +28,6 @@ class Airframe(Multirotor):  # type: ignore[misc]  # RotorPy has no types
 
     def __init__(self, parameters: dict[str, Any] | None = None) -> None:
         super().__init__(parameters or PARAMETERS, control_abstraction='cmd_ctatt', enable_ground=True)
-        self._craft = Craft.of(self)
 
     def step(self, state: Body, control: dict[str, Any], t_step: float) -> Body:
         """One step with constant rotor commands.
@@ -40,23 +37,18 @@ class Airframe(Multirotor):  # type: ignore[misc]  # RotorPy has no types
             control: cmd_thrust in newtons and cmd_q (4,).
             t_step: seconds.
         """
-        now = self._pack_state(state).tolist()
-        after: Body = self._unpack_state(np.array(self._midpoint(now, self._wanted(now, control), t_step)))
-        after['q'] = after['q'] / np.sqrt(after['q'] @ after['q'])
+        wanted = np.clip(self.get_cmd_motor_speeds(state, control), self.rotor_speed_min, self.rotor_speed_max)
+        after: Body = self._unpack_state(self._midpoint(self._pack_state(state), wanted, t_step))
+        after['q'] = after['q'] / np.linalg.norm(after['q'])
         after['rotor_speeds'] = np.clip(after['rotor_speeds'], self.rotor_speed_min, self.rotor_speed_max)
         if self._on_ground(after):
             after = self._handle_vehicle_on_ground(after)
         return after
 
-    def _wanted(self, now: Packed, control: dict[str, Any]) -> Packed:
-        asked = self._craft.rotor_speeds(float(control['cmd_thrust']), control['cmd_q'].tolist(), now[6:10], now[10:13])
-        return [min(max(speed, self.rotor_speed_min), self.rotor_speed_max) for speed in asked]
-
-    def _midpoint(self, now: Packed, wanted_rotor_rad_s: Packed, step_s: float) -> Packed:
-        start = self._craft.rates(now, wanted_rotor_rad_s)
-        between = [value + 0.5 * step_s * rate for value, rate in zip(now, start, strict=True)]
-        middle = self._craft.rates(between, wanted_rotor_rad_s)
-        return [value + step_s * rate for value, rate in zip(now, middle, strict=True)]
+    def _midpoint(self, now: Array, wanted_rotor_rad_s: Array, step_s: float) -> Array:
+        start: Array = self._s_dot_fn(0.0, now, wanted_rotor_rad_s)
+        middle: Array = self._s_dot_fn(0.0, now + 0.5 * step_s * start, wanted_rotor_rad_s)
+        return now + step_s * middle
 
 
 def at_rest(position_enu_m: tuple[float, float, float], rotor_rad_s: float = 0.0) -> Body:

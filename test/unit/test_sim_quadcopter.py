@@ -12,7 +12,6 @@ from advise_ros.sim import airframe, control
 from advise_ros.sim.control import Target
 from advise_ros.sim.quadcopter import Quadcopter, State, euler
 from advise_ros.sim.wind import CORRELATION_S, Wind
-from advise_ros.sim.written_out import Craft
 
 STEP_S = 0.025
 CALM = np.zeros(2)
@@ -135,21 +134,6 @@ def test_one_cheap_step_is_close_to_a_fine_integration():
             track += [s.position_enu_m for s in states]
         ends.append(np.array(track))
     assert np.abs(ends[0] - ends[1]).max() < 0.001
-
-
-def test_the_equations_that_are_written_out_are_rotorpys():
-    """In any state that has numbers: tumbling, on the ground, with rotors at any speed."""
-    model, rng = FineAirframe(), np.random.default_rng(0)
-    craft = Craft.of(model)
-    for _ in range(200):
-        state = np.concatenate([rng.normal(size=16), rng.uniform(0.0, 1500.0, 4)])
-        state[2] = rng.choice([0.0, 5.0])
-        wanted, turned = rng.uniform(0.0, 1500.0, 4), rng.normal(size=4)
-        rates, rotorpys = craft.rates(state.tolist(), wanted.tolist()), model._s_dot_fn(0.0, state, wanted)
-        np.testing.assert_allclose(rates, rotorpys, rtol=1e-9, atol=1e-9)
-        body = model._unpack_state(state)
-        asked = craft.rotor_speeds(5.0, turned.tolist(), body['q'].tolist(), body['w'].tolist())
-        np.testing.assert_allclose(asked, model.get_cmd_motor_speeds(body, {'cmd_thrust': 5.0, 'cmd_q': turned}), rtol=1e-9)
 
 
 def test_gusts_have_the_asked_deviation_and_memory():
