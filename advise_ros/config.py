@@ -94,6 +94,7 @@ def defaults(config_class: type[Any]) -> dict[str, Scalar]:
 
 GRID_DOC = 'YAML file with the grid and its waypoints'
 SIGNING_DOC = 'key of MAVLink 2 signing, readable by its owner only; frames without its signature are refused; empty: none'
+AUTOSTART_DOC = 'become active at once; false: wait, unconfigured, for ros2 lifecycle set'
 SEED_DOC = 'seed of every random choice'
 
 
@@ -217,7 +218,8 @@ class PolicyConfig(SeekConfig):
     step_budget_factor: float = param(2.0, 'steps before the battery is spent, times the shortest route', low=1.0, high=100.0)
     stop_on_loop: bool = param(True, 'end a flight as soon as a state comes back, not when its budget is spent')
     pose_timeout_s: float = param(0.5, 'no pose for this long: zero velocity (steady time)', low=0.05, high=60.0)
-    watchdog_rate_hz: float = param(50.0, 'rate of the watchdog (steady time)', low=1.0, high=200.0)
+    watchdog_rate_hz: float = param(50.0, 'rate of zero velocity while it holds (steady time)', low=1.0, high=200.0)
+    autostart: bool = param(True, AUTOSTART_DOC)
 
 
 @dataclass(frozen=True)
@@ -248,6 +250,7 @@ class ChecksConfig:
     jump_m: float = param(2.0, 'a position that jumps further than this and flying explain is doubted; 0: no', low=0.0, high=1e4)
     latch: bool = param(False, 'a doubt about pose or command stops the vehicle until its release service is called')
     rate_hz: float = param(20.0, 'rate of checked commands (steady time); PX4 wants more than 2', low=5.0, high=200.0)
+    autostart: bool = param(True, AUTOSTART_DOC)
 
 
 @dataclass(frozen=True)

@@ -27,6 +27,12 @@ ANSWERING = tuple(f'advise/{name}' for name in ('answer', 'preview', 'undo', 're
 VEHICLE = tuple(f'mavlink_bridge/{name}' for name in ('arm', 'takeoff', 'land', 'stop', 'release'))
 RECORDING = tuple(f'recorder/{name}' for name in ('start', 'stop', 'discard'))
 GUARD = ('guard/stop', 'guard/release')
+LIFE_CYCLE = ('change_state', 'get_state', 'get_available_states', 'get_available_transitions', 'get_transition_graph')
+
+
+def of(node: str, names: tuple[str, ...]) -> tuple[str, ...]:
+    """Names below a node's own."""
+    return tuple(f'{node}/{name}' for name in names)
 
 
 class Grants(NamedTuple):
@@ -42,14 +48,20 @@ class Grants(NamedTuple):
 
 GRANTS: dict[str, Grants] = {
     'simulator': Grants(publish=('clock',)),
-    'mavlink_bridge': Grants(('pose', 'battery_state', 'vehicle_status'), ('cmd_vel',), VEHICLE),
-    'guard': Grants(('guard/cmd_vel', 'guard/pose'), ('cmd_vel', 'pose'), GUARD),
+    'mavlink_bridge': Grants(
+        ('pose', 'battery_state', 'vehicle_status', 'mavlink_bridge/transition_event'), ('cmd_vel',),
+        (*VEHICLE, *of('mavlink_bridge', LIFE_CYCLE)),
+    ),
+    'guard': Grants(
+        ('guard/cmd_vel', 'guard/pose', 'guard/transition_event'), ('cmd_vel', 'pose'), (*GUARD, *of('guard', LIFE_CYCLE)),
+    ),
     'recorder': Grants(
         ('demonstration', 'recorder/track'), (*FLOWN, 'odom', 'policy/status', 'demonstration', 'advise/status'), RECORDING,
     ),
     'advise': Grants((*LEARNT, *PICTURES, 'demonstration'), ('demonstration',), ANSWERING),
     'policy': Grants(
-        ('cmd_vel', 'policy/status'), ('advise/policy', 'vehicle_status', 'pose'), ('policy/stop',), execute=('policy/fly',),
+        ('cmd_vel', 'policy/status', 'policy/transition_event'), ('advise/policy', 'vehicle_status', 'pose'),
+        ('policy/stop', *of('policy', LIFE_CYCLE)), execute=('policy/fly',),
     ),
     'logger': Grants((), SESSION, request=('*/list_parameters', '*/get_parameters')),
     'pilot': Grants(('cmd_vel', 'pilot/status'), ('vehicle_status', 'pose'), (), (*VEHICLE, 'recorder/stop')),
@@ -60,8 +72,8 @@ GRANTS: dict[str, Grants] = {
     'teleop': Grants(('cmd_vel',), ('vehicle_status', 'pose'), (), (*VEHICLE, *RECORDING)),
     # A person with the ros2 command.
     'operator': Grants(
-        (), (*SESSION, 'recorder/track'), (),
-        (*ANSWERING, *RECORDING, *VEHICLE, *GUARD, 'policy/stop', '*/get_parameters', '*/list_parameters'),
+        (), (*SESSION, 'recorder/track', '*/transition_event'), (),
+        (*ANSWERING, *RECORDING, *VEHICLE, *GUARD, 'policy/stop', '*/get_parameters', '*/list_parameters', *of('*', LIFE_CYCLE)),
         call=('policy/fly',),
     ),
 }

@@ -69,6 +69,7 @@ class Companion:
         self._asked: dict[int, tuple[float, int]] = {}
         self._was_connected = False
         self._link_problem = ''
+        self._resting = ''
 
     def observe(self, message: Message, at_s: float, address: Address | None = None) -> bool:
         """Take a message in; False if it is not from our autopilot."""
@@ -136,6 +137,9 @@ class Companion:
         if self._machine is None or not self.vehicle.connected(now_s):
             request.answer(False, f'{goal.value} refused: {self._no_link()}')
             return request
+        if self._resting and goal in (Goal.ARM, Goal.TAKEOFF):
+            request.answer(False, f'{goal.value} refused: {self._resting}')
+            return request
         self._open = request
         self._machine.ask(request)
         return request
@@ -148,7 +152,8 @@ class Companion:
     # -- status ------------------------------------------------------------------------------
     def commandable(self, now_s: float) -> bool:
         """Whether velocity setpoints reach the vehicle and are obeyed."""
-        return self._machine is not None and self.vehicle.connected(now_s) and self._machine.commandable
+        linked = self._machine is not None and self.vehicle.connected(now_s) and not self._resting
+        return linked and self._machine is not None and self._machine.commandable
 
     def must_stream(self, now_s: float) -> bool:
         """Whether zero velocity must be sent while there is no command: PX4 leaves OFFBOARD otherwise."""
@@ -164,7 +169,20 @@ class Companion:
 
     def farewell(self, now_s: float) -> list[Message]:
         """What to send before we leave: a vehicle that we fly shall stand."""
-        return self._machine.farewell(now_s) if self._machine is not None and self.commandable(now_s) else []
+        flown = self._machine is not None and self.vehicle.connected(now_s) and not self._resting
+        return self._machine.farewell(now_s) if flown and self._machine is not None else []
+
+    def rest(self, why: str, now_s: float) -> list[Message]:
+        """What makes the vehicle stand; until `resume` nothing arms or moves it, but for a landing and disarming."""
+        out = self.farewell(now_s)
+        self._resting = why
+        if self._machine is not None:
+            self._machine.let_go()
+        return out
+
+    def resume(self) -> None:
+        """End a rest."""
+        self._resting = ''
 
     def status(self, now_s: float) -> Status:
         """What is known at this time."""
@@ -177,5 +195,6 @@ class Companion:
             )
         return Status(
             vehicle.name, machine.mode, connected, ready=machine.ready, armed=vehicle.armed, in_air=vehicle.in_air,
-            commandable=machine.commandable, waiting_for=machine.waiting_for, text=vehicle.text,
+            commandable=machine.commandable and not self._resting, waiting_for=self._resting or machine.waiting_for,
+            text=vehicle.text,
         )

@@ -57,7 +57,7 @@ class Machine(ABC):
         self._ready_timeout_s = ready_timeout_s
         self._task = Undertaking(vehicle)
         self._steps = self.steps()
-        self._taken_by = ''
+        self._taken = ''
         self._asked_back = False
         self.holder = Holder.NOBODY
 
@@ -81,7 +81,7 @@ class Machine(ABC):
 
     @abstractmethod
     def farewell(self, now_s: float) -> list[Message]:
-        """What to send last when we leave a vehicle that is ours in the air."""
+        """What to send last when we leave an armed vehicle that is ours."""
 
     # -- status ------------------------------------------------------------------------------
     @property
@@ -125,8 +125,7 @@ class Machine(ABC):
         if not (self._vehicle.armed and self._vehicle.in_air):
             return ''
         if self.holder is Holder.OTHERS:
-            who = f'{self._taken_by} was set by someone else or a failsafe'
-            return f'{self.own} mode (it is {self.mode}; {who}; mavlink_bridge/takeoff takes over)'
+            return f'{self.own} mode (it is {self.mode}; {self._taken}; mavlink_bridge/takeoff takes over)'
         if self._vehicle.custom_mode != self.own_mode:
             return f'{self.own} mode (it is {self.mode}; mavlink_bridge/takeoff takes over)'
         return ''
@@ -144,6 +143,11 @@ class Machine(ABC):
     def lose_link(self) -> None:
         """The link is lost: goals end, nothing is repeated when it comes back."""
         self._task.give_up('the link was lost')
+
+    def let_go(self) -> None:
+        """We leave it, after `farewell`: only a landing goes on."""
+        if self._task.request is not None and self._task.request.goal is not Goal.LAND:
+            self._task.give_up('the bridge was deactivated')
 
     # -- steps -------------------------------------------------------------------------------
     def step(self, now_s: float) -> list[Message]:
@@ -166,7 +170,7 @@ class Machine(ABC):
             self.holder = Holder.OURS if self.holder is Holder.NOBODY else self.holder
             self._asked_back = False
         elif self.holder is Holder.OURS and not (task.request is not None and task.request.goal is Goal.LAND):
-            self.holder, self._taken_by = Holder.OTHERS, self.mode
+            self.holder, self._taken = Holder.OTHERS, f'{self.mode} was set by someone else or a failsafe'
         elif self._asked_back and task.request is None:
             self.holder = Holder.OTHERS  # It could not be given back.
         gone = vehicle.custom_mode != self.own_mode or self.holder is Holder.OTHERS

@@ -11,7 +11,7 @@ import math
 from types import MappingProxyType
 
 from advise_ros.mavlink import messages as mav
-from advise_ros.mavlink.machine import Machine, Step
+from advise_ros.mavlink.machine import Holder, Machine, Step
 from advise_ros.mavlink.messages import Message
 from advise_ros.mavlink.requests import Goal, Request
 from advise_ros.mavlink.undertaking import Phase
@@ -65,10 +65,18 @@ class Px4(Machine):
         return self._vehicle.in_air
 
     def farewell(self, now_s: float) -> list[Message]:
-        """Hold: the end of the stream would be a loss, which by default makes it sink or return."""
-        if self._vehicle.target is None or not self.commandable:
+        """Hold, in a climb too: the end of the stream would be a loss, which by default makes it sink or return."""
+        landing = self._task.request is not None and self._task.request.goal is Goal.LAND
+        ours = self._vehicle.armed and self._vehicle.custom_mode == OFFBOARD and self.holder is Holder.OURS
+        if self._vehicle.target is None or landing or not ours:
             return []
         return [*self._setpoint(now_s, 0.0), mav.command(self._vehicle.target, mav.CMD_SET_MODE, 1, *SET_LOITER)]
+
+    def let_go(self) -> None:
+        """The stream has ended with the hold; from here only a take-off leads back to OFFBOARD."""
+        super().let_go()
+        if self.holder is Holder.OURS:
+            self.holder, self._taken = Holder.OTHERS, 'it was made to hold when the bridge was deactivated'
 
     # -- steps -------------------------------------------------------------------------------
     def _setpoint(self, now_s: float, up_m_s: float) -> list[Message]:

@@ -7,7 +7,6 @@ import time
 
 from geometry_msgs.msg import PoseStamped, TwistStamped
 from rclpy.clock import Clock, ClockType
-from rclpy.node import Node
 from std_srvs.srv import Trigger
 
 from advise_ros.config import ChecksConfig, GuardConfig
@@ -19,7 +18,9 @@ from advise_ros.core.sentry import Sentry, SentrySettings
 from advise_ros.recording.gridfile import load_grid
 from advise_ros.ros import diagnostics, parameters, qos, run
 from advise_ros.ros.convert import MAP_FRAME, stamp_to_ns
-from advise_ros.ros.diagnostics import Diagnostics
+from advise_ros.ros.deadline import Deadline
+from advise_ros.ros.flying import velocity_command
+from advise_ros.ros.managed import ManagedNode
 
 NO_FENCE = 'the fence is off (no grid_file, no fence_polygon)'
 ASKED = 'somebody asked for it'
@@ -69,6 +70,13 @@ def sentry_of(config: ChecksConfig, limits: guard.Limits) -> Sentry:
     return Sentry(limits, SentrySettings(config.max_acceleration_m_s2, config.jump_m, config.latch))
 
 
+def renewed(sentry: Sentry, config: ChecksConfig, limits: guard.Limits) -> Sentry:
+    """A guard that has heard nothing yet; a stop holds on."""
+    fresh = sentry_of(config, limits)
+    fresh.latched = sentry.latched
+    return fresh
+
+
 def put_command(sentry: Sentry, message: TwistStamped, now_s: float, now_ns: int) -> None:
     """A command that arrives now, by steady time and by the node's clock."""
     linear = message.twist.linear
@@ -90,7 +98,7 @@ def answer_release(sentry: Sentry, response: Trigger.Response) -> Trigger.Respon
     return response
 
 
-class Guard(Node):
+class Guard(ManagedNode):
     """Checks velocity commands: frame, numbers, age, stamps, speed, acceleration and fence; and the pose they rest on.
 
     Takes `cmd_vel` (TwistStamped, frame map) and `pose` (PoseStamped, frame map or `pose_frame`), and publishes
@@ -98,6 +106,8 @@ class Guard(Node):
     becomes zero velocity. Before the first command nothing is published. `guard/pose` is the pose in frame
     map. What it changes and why stands in /diagnostics. `guard/stop` stops the vehicle until `guard/release`;
     with `latch` each doubt does (std_srvs/Trigger).
+
+    A managed node: while it is inactive each command becomes zero velocity.
 
     With MAVROS:
       ros2 run advise_ros guard --ros-args -p grid_file:=config/grid_6x6.yaml \\
@@ -107,48 +117,73 @@ class Guard(Node):
     def __init__(self) -> None:
         super().__init__('guard')
         self.config = parameters.load(self, GuardConfig)
-        self._limits = limits_of(self.config, load_grid_of(self.config))
+        self._limits = guard.Limits()
         self._sentry = sentry_of(self.config, self._limits)
-        self._diagnostics = Diagnostics(self)
-        self._diagnostics.meter('pose', 'cmd_vel')
+        self._commanded = False
+        self.diagnostics.meter('pose', 'cmd_vel')
         self._checked = self.create_publisher(TwistStamped, 'guard/cmd_vel', qos.COMMAND)
         self._pose = self.create_publisher(PoseStamped, 'guard/pose', qos.SENSOR)
-        self.create_subscription(TwistStamped, 'cmd_vel', self._on_command, qos.COMMAND)
-        self.create_subscription(PoseStamped, 'pose', self._on_pose, qos.SENSOR)
         self.create_service(Trigger, 'guard/stop', lambda _, response: answer_stop(self._sentry, response))
         self.create_service(Trigger, 'guard/release', lambda _, response: answer_release(self._sentry, response))
-        self.create_timer(1.0 / self.config.rate_hz, self._publish, clock=Clock(clock_type=ClockType.STEADY_TIME))
+        self._tick = self.create_timer(
+            1.0 / self.config.rate_hz, self._publish, clock=Clock(clock_type=ClockType.STEADY_TIME), autostart=False)
+        self._late_pose = Deadline(self, self.config.pose_timeout_s, self._publish)
+        self._late_command = Deadline(self, self.config.command_timeout_s, self._publish)
+        self.autostart(wanted=self.config.autostart)
 
+    # -- life cycle --------------------------------------------------------------------------
+    def open_up(self) -> None:
+        self._limits = limits_of(self.config, load_grid_of(self.config))
+        self._sentry = renewed(self._sentry, self.config, self._limits)
+        self._commanded = False
+        self.hear(TwistStamped, 'cmd_vel', self._on_command, qos.COMMAND)
+        self.hear(PoseStamped, 'pose', self._on_pose, qos.SENSOR)
+        self._tick.reset()
+
+    def end(self) -> None:
+        self._sentry.clear()
+        if self._commanded:
+            self._pass_on(guard.ZERO, 0.0)
+
+    def close_down(self) -> None:
+        for timer in (self._tick, self._late_pose, self._late_command):
+            timer.cancel()
+
+    # -- commands ----------------------------------------------------------------------------
     def _on_pose(self, message: PoseStamped) -> None:
         at, header = message.pose.position, message.header
         header.frame_id = MAP_FRAME if header.frame_id == self.config.pose_frame else header.frame_id
         now_s, now_ns = time.monotonic(), self.get_clock().now().nanoseconds
         self._sentry.pose((at.x, at.y, at.z), header.frame_id, now_s, stamp_ns=stamp_to_ns(header.stamp), now_ns=now_ns)
+        self._late_pose.came()
         self._pose.publish(message)
-        self._diagnostics.tick('pose')
+        self.diagnostics.tick('pose')
 
     def _on_command(self, message: TwistStamped) -> None:
-        self._diagnostics.tick('cmd_vel')
-        put_command(self._sentry, message, time.monotonic(), self.get_clock().now().nanoseconds)
+        self.diagnostics.tick('cmd_vel')
+        self._commanded = True
+        if self.active:
+            put_command(self._sentry, message, time.monotonic(), self.get_clock().now().nanoseconds)
+            self._late_command.came()
         self._publish()
 
     def _publish(self) -> None:
+        """What may be flown now; nothing before the first command, zero velocity before the first while active."""
         verdict = self._sentry.verdict(time.monotonic())
-        if verdict is None:
-            self._say('waiting for cmd_vel')
-            return
-        message = TwistStamped()
-        message.header.frame_id = MAP_FRAME
-        message.header.stamp = self.get_clock().now().to_msg()
-        linear = message.twist.linear
-        linear.x, linear.y, linear.z = verdict.velocity_enu_m_s
-        message.twist.angular.z = verdict.yaw_rate_rad_s
+        if verdict is not None:
+            self._pass_on(verdict.velocity_enu_m_s, verdict.yaw_rate_rad_s)
+        elif self._commanded:
+            self._pass_on(guard.ZERO, 0.0)
+        self._say('waiting for cmd_vel' if verdict is None else verdict.reason)
+
+    def _pass_on(self, velocity_enu_m_s: guard.Vector, yaw_rate_rad_s: float) -> None:
+        message = velocity_command(velocity_enu_m_s, self.get_clock().now().nanoseconds)
+        message.twist.angular.z = yaw_rate_rad_s
         self._checked.publish(message)
-        self._say(verdict.reason)
 
     def _say(self, reason: str) -> None:
         sentences = [text for text in (reason, '' if self._limits.fence else NO_FENCE) if text]
-        self._diagnostics.set(diagnostics.WARN if sentences else diagnostics.OK, '; '.join(sentences) or 'commands pass')
+        self.diagnostics.set(diagnostics.WARN if sentences else diagnostics.OK, '; '.join(sentences) or 'commands pass')
 
 
 def main() -> None:

@@ -8,23 +8,21 @@ import sys
 import time
 
 import rclpy
-from geometry_msgs.msg import PoseStamped, TwistStamped
+from geometry_msgs.msg import TwistStamped
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.clock import Clock, ClockType
-from rclpy.node import Node
 from rclpy.task import Future
-from sensor_msgs.msg import BatteryState
 from std_srvs.srv import SetBool, Trigger
 
-from advise_msgs.msg import VehicleStatus
 from advise_ros.config import MavlinkBridgeConfig
 from advise_ros.core import guard
 from advise_ros.mavlink.companion import Companion, Settings, Status
 from advise_ros.mavlink.link import Link, Received
+from advise_ros.mavlink.messages import Message
 from advise_ros.mavlink.requests import Goal, Request
 from advise_ros.mavlink.signing import optional_key
-from advise_ros.mavlink.stamps import NS_PER_MS, Stamper
-from advise_ros.mavlink.vehicle import Attitude, Battery, Motion
+from advise_ros.mavlink.stamps import NS_PER_MS
+from advise_ros.mavlink.vehicle import Attitude, Motion
 from advise_ros.nodes.guard import (
     NO_FENCE,
     answer_release,
@@ -32,23 +30,24 @@ from advise_ros.nodes.guard import (
     limits_of,
     load_grid_of,
     put_command,
+    renewed,
     sentry_of,
 )
 from advise_ros.ros import diagnostics, parameters, qos, run
-from advise_ros.ros.convert import MAP_FRAME, stamp_from_ns
-from advise_ros.ros.diagnostics import Diagnostics
+from advise_ros.ros.convert import MAP_FRAME
+from advise_ros.ros.managed import ManagedNode
+from advise_ros.ros.vehicle_teller import STATUS_PERIOD_S, VehicleTeller
 
-STATUS_PERIOD_S = 1.0
+LINK_CLOSED = 'the bridge was cleaned up and its link is closed'
 # A reboot or a clock that is set sets stamps anew once; this often, the clocks run at different speeds.
 REFIXES_TOLD = 3
 TWO_CLOCKS = (
     "the autopilot's clock and this node's run at different speeds, so the stamps of poses jump; "
     'with a simulation that is not in real time set use_sim_time:=true for every node'
 )
-NO_CLOCK = 'a clock: use_sim_time is set, but nothing is heard on /clock'
 
 
-class MavlinkBridge(Node):
+class MavlinkBridge(ManagedNode):
     """MAVLink <-> ROS for one autopilot, and the last guard before the vehicle.
 
     Publishes `pose` (PoseStamped, ENU, frame map), `vehicle_status` and `battery_state`. Flies `cmd_vel`
@@ -62,6 +61,10 @@ class MavlinkBridge(Node):
     `vehicle_status` shows the progress. `mavlink_bridge/stop` holds the vehicle at zero velocity until
     `mavlink_bridge/release` (std_srvs/Trigger).
 
+    A managed node: to deactivate it in flight makes an ArduPilot stand in GUIDED and a PX4 hold (only a take-off
+    leads back from there). While it is inactive it tells what the vehicle says, lands it and disarms it when
+    asked, and sends nothing else. Cleaning it up closes the link.
+
     Example:
       ros2 run advise_ros mavlink_bridge --ros-args -p url:=udpin:127.0.0.1:14550 -p grid_file:=config/grid_6x6.yaml
       ros2 service call mavlink_bridge/takeoff std_srvs/srv/Trigger
@@ -70,46 +73,83 @@ class MavlinkBridge(Node):
     def __init__(self) -> None:
         super().__init__('mavlink_bridge')
         self.config = parameters.load(self, MavlinkBridgeConfig)
-        grid = load_grid_of(self.config)
-        self._limits = limits_of(self.config, grid)
+        self._limits = guard.Limits()
         self._sentry = sentry_of(self.config, self._limits)
-        self._altitude_m = self.config.takeoff_altitude_m or (grid.altitude_m if grid else 0.0)
-        self._companion = Companion(Settings(
-            system_id=self.config.system_id, component_id=self.config.component_id,
-            target_system=self.config.target_system, pose_rate_hz=self.config.pose_rate_hz,
-            heartbeat_timeout_s=self.config.heartbeat_timeout_s, ready_timeout_s=self.config.ready_timeout_s,
-        ))
-        self._simulated_time = bool(self.get_parameter('use_sim_time').value)
-        self._stamper = Stamper(simulated=self._simulated_time)
+        self._altitude_m = 0.0
+        self._companion = Companion(self._settings())
+        self._link: Link | None = None
+        self._started = False
         self._pending: list[tuple[Request, Future]] = []
-        self._status: Status | None = None
-        self._status_s = -math.inf
         self._reason = ''
         self._diagnosed: tuple[Status, str] | None = None
         self._diagnosed_s = -math.inf
-        self._wake = self.create_guard_condition(self._on_link)
-        self._link = Link(
-            self.config.url, baud=self.config.baud, system_id=self.config.system_id,
-            component_id=self.config.component_id, key=optional_key(self.config.signing_key_file), wake=self._wake_up,
-        )
-        self._started = False
-        self._diagnostics = Diagnostics(self)
-        self._diagnostics.meter('pose', 'cmd_vel')
+        self._simulated_time = bool(self.get_parameter('use_sim_time').value)
+        self._teller = VehicleTeller(self, simulated_time=self._simulated_time)
+        self.diagnostics.meter('pose', 'cmd_vel')
         self._make_entities()
+        self.autostart(wanted=self.config.autostart)
+
+    def _settings(self) -> Settings:
+        config = self.config
+        return Settings(
+            system_id=config.system_id, component_id=config.component_id, target_system=config.target_system,
+            pose_rate_hz=config.pose_rate_hz, heartbeat_timeout_s=config.heartbeat_timeout_s,
+            ready_timeout_s=config.ready_timeout_s,
+        )
 
     def _make_entities(self) -> None:
-        self._pose = self.create_publisher(PoseStamped, 'pose', qos.SENSOR)
-        self._battery = self.create_publisher(BatteryState, 'battery_state', qos.SENSOR)
-        self._vehicle_status = self.create_publisher(VehicleStatus, 'vehicle_status', qos.latched())
-        self.create_subscription(TwistStamped, 'cmd_vel', self._on_command, qos.COMMAND)
-        # A service that awaits the autopilot's answer would block the rest of an exclusive group.
+        self._wake = self.create_guard_condition(self._on_link)
         group = ReentrantCallbackGroup()
         self.create_service(SetBool, 'mavlink_bridge/arm', self._on_arm, callback_group=group)
         self.create_service(Trigger, 'mavlink_bridge/takeoff', self._on_takeoff, callback_group=group)
         self.create_service(Trigger, 'mavlink_bridge/land', self._on_land, callback_group=group)
         self.create_service(Trigger, 'mavlink_bridge/stop', lambda _, response: answer_stop(self._sentry, response))
         self.create_service(Trigger, 'mavlink_bridge/release', lambda _, response: answer_release(self._sentry, response))
-        self.create_timer(1.0 / self.config.rate_hz, self._on_tick, clock=Clock(clock_type=ClockType.STEADY_TIME))
+        self._tick = self.create_timer(
+            1.0 / self.config.rate_hz, self._on_tick, clock=Clock(clock_type=ClockType.STEADY_TIME), autostart=False)
+
+    # -- life cycle --------------------------------------------------------------------------
+    def open_up(self) -> None:
+        grid = load_grid_of(self.config)
+        self._limits = limits_of(self.config, grid)
+        self._sentry = renewed(self._sentry, self.config, self._limits)
+        self._altitude_m = self.config.takeoff_altitude_m or (grid.altitude_m if grid else 0.0)
+        self._companion = Companion(self._settings())
+        self._companion.rest(f'{self.get_fully_qualified_name()} is inactive', time.monotonic())
+        self._teller.forget()
+        self._link = Link(
+            self.config.url, baud=self.config.baud, system_id=self.config.system_id,
+            component_id=self.config.component_id, key=optional_key(self.config.signing_key_file), wake=self._wake_up,
+        )
+        self._started = False
+        self.hear(TwistStamped, 'cmd_vel', self._on_command, qos.COMMAND)
+        self._tick.reset()
+
+    def begin(self) -> None:
+        self._sentry.clear()
+        self._companion.resume()
+
+    def end(self) -> None:
+        """The vehicle stands (ArduPilot) or holds (PX4); what it says goes on being told."""
+        self._transmit(self._companion.rest(f'{self.get_fully_qualified_name()} is inactive', time.monotonic()))
+        self._sentry.clear()
+        self._reason = ''
+        self._answer_requests()
+
+    def close_down(self) -> None:
+        self._tick.cancel()
+        self._close_link()
+        for asked, _ in self._pending:
+            asked.answer(accepted=False, message=f'{asked.goal.value} given up: {LINK_CLOSED}')
+        self._answer_requests()
+        self._companion = Companion(self._settings())
+        now_s = time.monotonic()
+        self._teller.tell(self._companion.status(now_s)._replace(waiting_for=LINK_CLOSED), now_s)
+
+    def _close_link(self) -> None:
+        if self._link is not None:
+            self._link.close()
+            self._link = None
 
     def _wake_up(self) -> None:
         """From the reader's thread; a node that is being shut down needs no waking."""
@@ -119,47 +159,59 @@ class MavlinkBridge(Node):
 
     # -- the link ----------------------------------------------------------------------------
     def _on_link(self) -> None:
-        for received in self._link.poll():
-            self._take(received)
-        self._step(time.monotonic())
+        if self._link is not None:
+            for received in self._link.poll():
+                self._take(self._link, received)
+            self._step(self._link, time.monotonic())
 
-    def _take(self, received: Received) -> None:
+    def _take(self, link: Link, received: Received) -> None:
         vehicle = self._companion.vehicle
         motion, battery, text = vehicle.motion, vehicle.battery, vehicle.text
         if not self._companion.observe(received.message, received.at_s, received.source):
             return
-        self._link.answer_to(received.source)
+        link.answer_to(received.source)
         if vehicle.motion is not motion and vehicle.motion is not None:
             boot_ns = vehicle.motion.time_boot_ms * NS_PER_MS
             self._sentry.pose(vehicle.motion.position_enu_m, MAP_FRAME, vehicle.motion.at_s, stamp_ns=boot_ns)
             self._publish_pose(vehicle.motion, vehicle.attitude)
-            self._diagnostics.tick('pose')
         if vehicle.battery is not battery and vehicle.battery is not None:
-            self._publish_battery(vehicle.battery)
+            self._teller.battery(vehicle.battery)
         if vehicle.text != text:
             self.get_logger().info(f'the autopilot says: {vehicle.text}')
 
-    def _step(self, now_s: float) -> None:
-        for message in self._companion.step(now_s, self._link.problem or self._link.doubt):
-            self._link.send(message)
+    def _publish_pose(self, motion: Motion, attitude: Attitude | None) -> None:
+        self._teller.pose(motion, attitude)
+        self.diagnostics.tick('pose')
+        if self._teller.stamper.refixed >= REFIXES_TOLD:
+            self.get_logger().warning(TWO_CLOCKS, once=True)
+
+    def _step(self, link: Link, now_s: float) -> None:
+        self._transmit(self._companion.step(now_s, link.problem or link.doubt))
         self._answer_requests()
-        self._publish_status(now_s)
+        self._teller.tell(self._companion.status(now_s), now_s)
+
+    def _transmit(self, messages: list[Message]) -> None:
+        for message in messages:
+            if self._link is not None:
+                self._link.send(message)
 
     def _on_tick(self) -> None:
+        if self._link is None:
+            return
         if not self._started:
             self._started = True
             self._link.start()
         now_s = time.monotonic()
-        self._step(now_s)
+        self._step(self._link, now_s)
         self._command(now_s)
-        self._diagnose()
+        self._diagnose(self._link)
 
     # -- commands ----------------------------------------------------------------------------
     def _on_command(self, message: TwistStamped) -> None:
-        self._diagnostics.tick('cmd_vel')
+        self.diagnostics.tick('cmd_vel')
         now_s, now_ns = time.monotonic(), self.get_clock().now().nanoseconds
         if self._simulated_time:  # One that runs fast may lag behind the poses that commands are stamped with.
-            now_ns = max(now_ns, self._stamper.newest_ns)
+            now_ns = max(now_ns, self._teller.stamper.newest_ns)
         put_command(self._sentry, message, now_s, now_ns)
         self._command(now_s)
 
@@ -179,14 +231,14 @@ class MavlinkBridge(Node):
     def _send(self, velocity: guard.Vector, yaw_rate: float, now_s: float) -> None:
         setpoint = self._companion.setpoint(velocity, yaw_rate, now_s)
         if setpoint is not None:
-            self._link.send(setpoint)
+            self._transmit([setpoint])
 
     # -- services ----------------------------------------------------------------------------
     async def _on_arm(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
         return await self._ask(Goal.ARM if request.data else Goal.DISARM, response)
 
     async def _on_takeoff(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        if self._altitude_m <= 0.0:
+        if self._link is not None and self._altitude_m <= 0.0:
             response.success = False
             response.message = "take-off refused: its altitude is unknown; set the parameter 'takeoff_altitude_m' or 'grid_file'"
             return response
@@ -196,11 +248,14 @@ class MavlinkBridge(Node):
         return await self._ask(Goal.LAND, response)
 
     async def _ask(self, goal: Goal, response: Trigger.Response) -> Trigger.Response:
+        if self._link is None:
+            response.success, response.message = False, f'{goal.value} refused: {self.why_idle}'
+            return response
         now_s = time.monotonic()
         asked = self._companion.ask(goal, now_s, self._altitude_m)
         answered: Future = Future()
         self._pending.append((asked, answered))
-        self._step(now_s)
+        self._step(self._link, now_s)
         reply = await answered
         response.success, response.message = reply
         self.get_logger().info(f'{goal.value}: {reply.message}')
@@ -212,43 +267,9 @@ class MavlinkBridge(Node):
                 answered.set_result(asked.reply)
         self._pending = [(asked, answered) for asked, answered in self._pending if asked.reply is None]
 
-    # -- publishing --------------------------------------------------------------------------
-    def _publish_pose(self, motion: Motion, attitude: Attitude | None) -> None:
-        stamp_ns = self._stamper.stamp_ns(motion.time_boot_ms, self.get_clock().now().nanoseconds)
-        if self._stamper.refixed >= REFIXES_TOLD:
-            self.get_logger().warning(TWO_CLOCKS, once=True)
-        if stamp_ns is None:
-            return
-        message = PoseStamped()
-        message.header.frame_id = MAP_FRAME
-        message.header.stamp = stamp_from_ns(stamp_ns)
-        position, orientation = message.pose.position, message.pose.orientation
-        position.x, position.y, position.z = motion.position_enu_m
-        orientation.x, orientation.y, orientation.z, orientation.w = quaternion_xyzw(attitude or Attitude(0.0, 0.0, 0.0))
-        self._pose.publish(message)
-
-    def _publish_battery(self, battery: Battery) -> None:
-        message = BatteryState(
-            voltage=battery.voltage_v, current=-battery.current_a, percentage=battery.remaining,
-            temperature=math.nan, charge=math.nan, capacity=math.nan, design_capacity=math.nan, present=True,
-        )
-        message.header.stamp = self.get_clock().now().to_msg()
-        self._battery.publish(message)
-
-    def _publish_status(self, now_s: float) -> None:
-        status = self._companion.status(now_s)
-        if status.connected and self.get_clock().now().nanoseconds <= 0:  # Poses have no stamps yet.
-            status = status._replace(commandable=False, waiting_for=NO_CLOCK)
-        if status == self._status and now_s - self._status_s < STATUS_PERIOD_S:
-            return
-        self._status, self._status_s = status, now_s
-        message = VehicleStatus(**status._asdict())
-        message.header.frame_id = MAP_FRAME
-        message.header.stamp = self.get_clock().now().to_msg()
-        self._vehicle_status.publish(message)
-
-    def _diagnose(self) -> None:
-        status, now_s = self._status, time.monotonic()
+    # -- diagnostics -------------------------------------------------------------------------
+    def _diagnose(self, link: Link) -> None:
+        status, now_s = self._teller.status, time.monotonic()
         if status is None or ((status, self._reason) == self._diagnosed and now_s - self._diagnosed_s < STATUS_PERIOD_S):
             return
         self._diagnosed, self._diagnosed_s = (status, self._reason), now_s
@@ -256,34 +277,22 @@ class MavlinkBridge(Node):
         stopped = f'stopped until released: {self._sentry.latched}' if self._sentry.latched and not self._reason else ''
         sentences = [text for text in (
             f'waiting for {status.waiting_for}' if status.waiting_for else '', self._reason, stopped, fence,
-            TWO_CLOCKS if self._stamper.refixed >= REFIXES_TOLD else '',
+            TWO_CLOCKS if self._teller.stamper.refixed >= REFIXES_TOLD else '',
         ) if text]
         level = diagnostics.ERROR if not status.connected else diagnostics.WARN if sentences else diagnostics.OK
         well = 'commands reach the vehicle' if status.commandable else 'ready'
-        self._diagnostics.set(level, '; '.join(sentences) or well, {
+        self.diagnostics.set(level, '; '.join(sentences) or well, {
             'url': self.config.url, 'mode': status.mode, 'autopilot text': status.text,
-            'bytes that were no MAVLink': self._link.bad_bytes, 'messages not sent': self._link.unsent,
-            'frames refused by their signature': self._link.refused_signatures,
+            'bytes that were no MAVLink': link.bad_bytes, 'messages not sent': link.unsent,
+            'frames refused by their signature': link.refused_signatures,
             'messages refused for impossible numbers': self._companion.vehicle.refused_numbers,
             'messages of strangers refused': self._companion.vehicle.refused_strangers,
         })
 
     def close(self) -> None:
         """A vehicle that we fly stands (ArduPilot) or holds (PX4) when we leave."""
-        for message in self._companion.farewell(time.monotonic()):
-            self._link.send(message)
-        self._link.close()
-
-
-def quaternion_xyzw(attitude: Attitude) -> tuple[float, float, float, float]:
-    """Roll, pitch, yaw about fixed axes to a unit quaternion (REP-103)."""
-    sr, cr = math.sin(attitude.roll_rad / 2), math.cos(attitude.roll_rad / 2)
-    sp, cp = math.sin(attitude.pitch_rad / 2), math.cos(attitude.pitch_rad / 2)
-    sy, cy = math.sin(attitude.yaw_rad / 2), math.cos(attitude.yaw_rad / 2)
-    return (
-        sr * cp * cy - cr * sp * sy, cr * sp * cy + sr * cp * sy,
-        cr * cp * sy - sr * sp * cy, cr * cp * cy + sr * sp * sy,
-    )
+        self._transmit(self._companion.farewell(time.monotonic()))
+        self._close_link()
 
 
 def main() -> None:

@@ -12,7 +12,6 @@ from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.action.server import ServerGoalHandle
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.clock import Clock, ClockType
-from rclpy.node import Node
 from rclpy.task import Future
 from std_srvs.srv import Trigger
 
@@ -20,21 +19,23 @@ from advise_msgs.action import Fly
 from advise_msgs.msg import Policy, VehicleStatus
 from advise_ros.config import PolicyConfig
 from advise_ros.core.errors import InputError
+from advise_ros.core.grid import Grid
 from advise_ros.core.mover import NS, Pose
 from advise_ros.core.policy_flight import Phase, PolicyFlight, check_start
 from advise_ros.core.seeking import ZERO
 from advise_ros.recording.gridfile import load_grid
 from advise_ros.ros import parameters, qos, run
-from advise_ros.ros.diagnostics import OK, WARN, Diagnostics
+from advise_ros.ros.deadline import Deadline
+from advise_ros.ros.diagnostics import OK, WARN
 from advise_ros.ros.flight_teller import FlightTeller
 from advise_ros.ros.flying import NEWEST_POSE, PoseGate, between_poses_ns, velocity_command
+from advise_ros.ros.goal_patience import GoalPatience
+from advise_ros.ros.managed import ManagedNode
 from advise_ros.ros.policy_shelf import PolicyShelf
 
 # After a flight zero velocity is sent for this long, then nothing: another node may fly.
 HOLD_S = 1.0
 DIAGNOSE_PERIOD_S = 0.5
-# A goal waits this long for a policy or a pose before it is refused.
-START_PATIENCE_S = 1.0
 
 
 class Flying(NamedTuple):
@@ -47,15 +48,7 @@ class Flying(NamedTuple):
     ended: Future
 
 
-class _Waiting(NamedTuple):
-    """A goal that lacks something which may still come."""
-
-    goal: Fly.Goal
-    until_s: float
-    over: Future
-
-
-class PolicyNode(Node):
+class PolicyNode(ManagedNode):
     """Flies the learnt policy: velocity commands from cell centre to cell centre at constant altitude.
 
     Takes `pose` (PoseStamped, frame map), `advise/policy` (advise_msgs/Policy) and, where a bridge
@@ -70,6 +63,9 @@ class PolicyNode(Node):
     Action: `policy/fly` (advise_msgs/action/Fly). Service: `policy/stop` (std_srvs/Trigger), hold now.
     Both leave the vehicle in the air.
 
+    A managed node: while it is not active it commands nothing and refuses to fly; to deactivate it in flight
+    holds the vehicle and ends the flight.
+
     Example:
       ros2 action send_goal --feedback policy/fly advise_msgs/action/Fly "{start_cell: -1}"
     """
@@ -77,26 +73,26 @@ class PolicyNode(Node):
     def __init__(self) -> None:
         super().__init__('policy')
         self.config = parameters.load(self, PolicyConfig)
-        grid = load_grid(self.config.grid_file) if self.config.grid_file else None
+        self._forget(None)
+        self._flying: Flying | None = None
+        self._patience = GoalPatience(self._missing)
+        self._hold_until_s = 0.0
+        self.diagnostics.meter('pose')
+        self._make_entities()
+        self.autostart(wanted=self.config.autostart)
+
+    def _forget(self, grid: Grid | None) -> None:
+        """What was heard so far counts no more."""
         self._shelf = PolicyShelf(self.config, grid)
         self._gate = PoseGate()
         self._vehicle: VehicleStatus | None = None
         self._pose: Pose | None = None
         self._pose_at_s = 0.0
         self._pose_missing = False
-        self._flying: Flying | None = None
-        self._waiting: list[_Waiting] = []
-        self._hold_until_s = 0.0
-        self._diagnostics = Diagnostics(self)
-        self._diagnostics.meter('pose')
-        self._make_entities()
 
     def _make_entities(self) -> None:
         self._commands = self.create_publisher(TwistStamped, 'cmd_vel', qos.COMMAND)
         self._teller = FlightTeller(self)
-        self.create_subscription(Policy, 'advise/policy', self._on_policy, qos.latched())
-        self.create_subscription(VehicleStatus, 'vehicle_status', self._on_vehicle, qos.latched())
-        self.create_subscription(PoseStamped, 'pose', self._on_pose, NEWEST_POSE)
         self.create_service(Trigger, 'policy/stop', self._on_stop)
         self._action = ActionServer(
             self, Fly, 'policy/fly', _begun_on_acceptance, callback_group=ReentrantCallbackGroup(),
@@ -105,7 +101,21 @@ class PolicyNode(Node):
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(DIAGNOSE_PERIOD_S, self._diagnose, clock=steady)
         self._watchdog = self.create_timer(1.0 / self.config.watchdog_rate_hz, self._on_watchdog, clock=steady)
-        self._watchdog.cancel()  # It runs while there is something to watch: idle costs nothing.
+        self._watchdog.cancel()  # It runs while there is something to hold or to wait for: idle costs nothing.
+        self._silence = Deadline(self, self.config.pose_timeout_s, self._on_silence)
+
+    # -- life cycle --------------------------------------------------------------------------
+    def open_up(self) -> None:
+        self._forget(load_grid(self.config.grid_file) if self.config.grid_file else None)
+        self.hear(Policy, 'advise/policy', self._on_policy, qos.latched())
+        self.hear(VehicleStatus, 'vehicle_status', self._on_vehicle, qos.latched())
+        self.hear(PoseStamped, 'pose', self._on_pose, NEWEST_POSE)
+
+    def end(self) -> None:
+        self._end(Phase.STOPPED, 'the policy node was deactivated; the vehicle holds')
+        self._patience.give_up()
+        self._watchdog.cancel()
+        self._hold_until_s = 0.0
 
     # -- what is flown -----------------------------------------------------------------------
     def _on_policy(self, message: Policy) -> None:
@@ -126,8 +136,9 @@ class PolicyNode(Node):
         if pose is None:
             return
         self._pose, self._pose_at_s = pose, time.monotonic()
-        self._diagnostics.tick('pose')
+        self.diagnostics.tick('pose')
         if self._flying is not None:
+            self._silence.came()
             self._advance(self._flying, pose)
 
     def _advance(self, flying: Flying, pose: Pose) -> None:
@@ -152,6 +163,8 @@ class PolicyNode(Node):
             self._publish_zero()
         self._teller.tell(flying.flight, phase, message, self._pose.stamp_ns if self._pose else 0)
         self._flying, self._hold_until_s = None, time.monotonic() + HOLD_S
+        self._silence.cancel()
+        self._watchdog.reset()
         self.get_logger().info(f'flight {self._teller.status.flight_id}: {phase.name}, {message}')
         flying.ended.set_result(self._result(flying))
 
@@ -177,6 +190,8 @@ class PolicyNode(Node):
 
     def _refusal(self, goal: Fly.Goal) -> str:
         """Why a flight can't begin now; empty when it can."""
+        if not self.active:
+            return self.why_idle
         if self._flying is not None:
             return 'a flight is under way; cancel it or call policy/stop'
         if (missing := self._missing(goal)) or self._pose is None:
@@ -188,11 +203,9 @@ class PolicyNode(Node):
         return ''
 
     async def _on_goal(self, goal: Fly.Goal) -> GoalResponse:
-        if self._missing(goal):  # What the client has seen may still be on its way to this node.
-            waiting = _Waiting(goal, time.monotonic() + START_PATIENCE_S, Future())
-            self._waiting.append(waiting)
+        if self.active and self._missing(goal):  # What the client has seen may still be on its way to this node.
             self._watchdog.reset()
-            await waiting.over
+            await self._patience.wait(goal)
         refusal = self._refusal(goal)
         if not refusal:
             return GoalResponse.ACCEPT
@@ -205,7 +218,7 @@ class PolicyNode(Node):
         flight = PolicyFlight(self._shelf.plan(goal.request), self.config.seek_settings())
         self._flying = Flying(flight, self._shelf.version, self._pose.stamp_ns, goal, Future())
         self._pose_missing = False
-        self._watchdog.reset()
+        self._silence.came()
         self._teller.begin(flight, self._shelf.version, self._pose.stamp_ns)
         goal.execute(partial(self._execute, self._flying.ended))
 
@@ -235,27 +248,25 @@ class PolicyNode(Node):
         return response
 
     # -- steady time -------------------------------------------------------------------------
-    def _on_watchdog(self) -> None:
-        now_s = time.monotonic()
-        if self._flying is not None and now_s - self._pose_at_s > self.config.pose_timeout_s:
-            self._publish_zero()
-            self._say_pose_missing(self._flying)
-        elif now_s < self._hold_until_s and self._flying is None:
-            self._publish_zero()
-        for waiting in self._waiting:
-            if now_s > waiting.until_s or not self._missing(waiting.goal):
-                waiting.over.set_result(None)
-        self._waiting = [waiting for waiting in self._waiting if not waiting.over.done()]
-        if self._flying is None and not self._waiting and now_s >= self._hold_until_s:
-            self._watchdog.cancel()
-
-    def _say_pose_missing(self, flying: Flying) -> None:
-        if self._pose_missing:
+    def _on_silence(self) -> None:
+        """No pose for too long: zero velocity at once, and on until poses return."""
+        if self._flying is None or self._pose is None:
             return
         self._pose_missing = True
+        self._publish_zero()
+        self._watchdog.reset()
         reason = self._gate.problem or f'no pose for {self.config.pose_timeout_s:g} s'
-        assert self._pose is not None
-        self._teller.tell(flying.flight, flying.flight.phase, f'holding: {reason}', self._pose.stamp_ns)
+        flight = self._flying.flight
+        self._teller.tell(flight, flight.phase, f'holding: {reason}', self._pose.stamp_ns)
+
+    def _on_watchdog(self) -> None:
+        now_s = time.monotonic()
+        holds = self._pose_missing if self._flying is not None else now_s < self._hold_until_s
+        if holds:
+            self._publish_zero()
+        self._patience.look(now_s)
+        if not holds and not self._patience.waits:
+            self._watchdog.cancel()
 
     def _publish_zero(self) -> None:
         stamp_ns = between_poses_ns(self.get_clock().now().nanoseconds)
@@ -269,7 +280,7 @@ class PolicyNode(Node):
             'phase': Phase(self._teller.status.phase).name, 'policy version': self._shelf.version,
             'flights': self._teller.status.flight_id, 'poses refused': self._gate.refused,
         }
-        self._diagnostics.set(WARN if said else OK, said or ('flying' if self._flying else 'ready to fly'), values)
+        self.diagnostics.set(WARN if said else OK, said or ('flying' if self._flying else 'ready to fly'), values)
 
 
 def _begun_on_acceptance(goal: ServerGoalHandle) -> Fly.Result:

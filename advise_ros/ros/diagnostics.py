@@ -33,18 +33,26 @@ class Meter:
 
 
 class Diagnostics:
-    """One DiagnosticStatus of a node, published every second (steady time) and at every change."""
+    """One DiagnosticStatus of a node, published every second (steady time) and at every change.
+
+    Attributes:
+        state: of a managed node's life cycle, '' for other nodes.
+        idle: why a managed node does nothing now, '' when it is active; nothing else is said meanwhile.
+    """
 
     def __init__(self, node: Node) -> None:
         self._node = node
         self._status = DiagnosticStatus(name=node.get_fully_qualified_name(), level=OK, message='starting')
         self._values: dict[str, object] = {}
         self._meters: dict[str, Meter] = {}
+        self.state = self.idle = ''
         self._publisher = node.create_publisher(DiagnosticArray, '/diagnostics', 10)
         self._timer = node.create_timer(PERIOD_S, self._publish, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
     def set(self, level: bytes, message: str, values: Mapping[str, object] | None = None) -> None:
         """State the node's level and one sentence; what changes is published at once."""
+        if self.idle:
+            level, message = max(level, WARN), self.idle
         changed = (level, message) != (self._status.level, self._status.message)
         self._status.level, self._status.message = level, message
         self._values = dict(values or {})
@@ -61,7 +69,8 @@ class Diagnostics:
 
     def _publish(self) -> None:
         now_s = time.monotonic()
-        values = dict(self._values)
+        values: dict[str, object] = {'state': self.state} if self.state else {}
+        values.update(self._values)
         for name, meter in self._meters.items():
             values.update(meter.values(name, now_s))
         self._status.values = [KeyValue(key=key, value=str(value)) for key, value in values.items()]

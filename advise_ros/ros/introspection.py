@@ -15,11 +15,13 @@ STATES = {
     'contents': ServiceIntrospectionState.CONTENTS,
 }  # fmt: skip
 EVENTS = QoSProfile(depth=100)
+# Services of rclpy's own, below the node's name.
+OF_RCLPY = ('parameters', 'parameter_types', 'type_description', '_state', '_states', '_transitions', '_transition_graph')
 DESCRIPTION = 'what the services of this node publish of each call: nothing, when and by whom, or all of it'
 
 
 def configure(node: Node) -> None:
-    """Declare the parameter and do as it says, for the services that the node has by now but those of parameters.
+    """Declare the parameter and do as it says, for the services that the node has by now but those of rclpy's own.
 
     Raises:
         InputError: the parameter is none of off, metadata and contents.
@@ -38,5 +40,5 @@ def configure(node: Node) -> None:
     own = f'{node.get_fully_qualified_name()}/'
     for service in node.services:
         name = service.service_name
-        if not name.startswith(own) or not name.endswith(('parameters', 'parameter_types', 'type_description')):
+        if not name.startswith(own) or not name.endswith(OF_RCLPY):
             service.configure_introspection(node.get_clock(), EVENTS, STATES[wanted])

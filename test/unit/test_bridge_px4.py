@@ -101,6 +101,39 @@ def test_leaving_a_flying_vehicle_makes_it_hold() -> None:
     assert (hold.command, hold.param1, hold.param2, hold.param3) == (mav.CMD_SET_MODE, 1.0, 4.0, 3.0)
 
 
+def test_a_rest_makes_it_hold_in_a_climb_too_and_only_a_take_off_leads_back() -> None:
+    flight = StreamingFlight(ScriptedPx4())
+    flight.until(lambda: flight.status.ready)
+    request = flight.ask(Goal.TAKEOFF, 5.0)
+    flight.until(lambda: flight.status.in_air)
+    setpoint, hold = flight.companion.rest('at rest', flight.now_s)
+    assert (setpoint.vz, hold.command, hold.param2, hold.param3) == (0.0, mav.CMD_SET_MODE, 4.0, 3.0)
+    flight.copter.mode, flight.copter.wants_offboard = LOITER, False
+    before = len(flight.copter.setpoints)
+    flight.run(3.0)
+    assert request.reply is not None and request.reply.accepted  # It had been, before.
+    assert len(flight.copter.setpoints) == before
+    assert (flight.status.commandable, flight.status.waiting_for) == (False, 'at rest')
+    refused = flight.ask(Goal.TAKEOFF, 5.0)
+    assert refused.reply == (False, 'take-off refused: at rest')
+    flight.companion.resume()
+    flight.copter.mode = OFFBOARD  # Somebody else's.
+    flight.run(1.0)
+    assert not flight.status.commandable
+    assert 'the bridge was deactivated' in flight.status.waiting_for
+    flight.ask(Goal.TAKEOFF, 5.0)
+    flight.until(lambda: flight.status.commandable)
+
+
+def test_a_landing_goes_on_at_rest() -> None:
+    flight = StreamingFlight(ScriptedPx4())
+    flight.fly()
+    flight.companion.rest('at rest', flight.now_s)
+    flight.ask(Goal.LAND)
+    flight.until(lambda: not flight.status.armed)
+    assert flight.copter.mode == LAND
+
+
 def test_calls_itself_a_ground_station_as_texts_go_to_no_one_else() -> None:
     flight = StreamingFlight(ScriptedPx4())
     flight.run(3.0)

@@ -1,0 +1,34 @@
+"""A steady timer that is put off by whatever it waits for."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from rclpy.clock import Clock, ClockType
+from rclpy.node import Node
+
+
+class Deadline:
+    """Calls `missed` once when `came` was not called for so long; exact, where a periodic look comes up to a period late.
+
+    Args:
+        node: whose executor calls.
+        after_s: how long; steady time.
+        missed: called in the executor's thread. The deadline is off then, until `came`.
+    """
+
+    def __init__(self, node: Node, after_s: float, missed: Callable[[], None]) -> None:
+        self._missed = missed
+        self._timer = node.create_timer(after_s, self._over, clock=Clock(clock_type=ClockType.STEADY_TIME), autostart=False)
+
+    def came(self) -> None:
+        """From now on, all over again."""
+        self._timer.reset()
+
+    def cancel(self) -> None:
+        """Nothing is waited for."""
+        self._timer.cancel()
+
+    def _over(self) -> None:
+        self._timer.cancel()
+        self._missed()
