@@ -112,10 +112,10 @@ def test_a_split_is_drawn_and_each_part_asked_about(graph: Graph, learner: Learn
     anna.press('m')
     anna.page.locator('.over.drawing').first.wait_for()
     anna.press('x')
-    anna.shows('sentence', f'these 1 of {len(asked)} cells go another way')
+    anna.shows('sentence', f'1 of {len(asked)} cells goes another way')
     drawn = [state for state in asked if state // GRID_4X4.n_cells == asked[0] // GRID_4X4.n_cells][:2]
     anna.draw(GRID_4X4, drawn[1] % GRID_4X4.n_cells)
-    anna.shows('sentence', f'these 2 of {len(asked)} cells go another way')
+    anna.shows('sentence', f'2 of {len(asked)} cells go another way')
     assert anna.pixels(PART) > SOME
     anna.press('Enter')
     given = entry(learner, 0)

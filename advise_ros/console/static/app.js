@@ -11,6 +11,7 @@ import { ANSWER, CONTRADICTION, MIXED, SKIP, SPLIT, UNSURE, assumed, count, list
 
 const PREVIEW_AFTER_MS = 250, LOOK_MS = 100, STALE_MS = 4000, NOTE_MS = 12000, TRACK_POINTS = 1500;
 const MOMENT_CELLS_A_SECOND = 3.5;
+const CALM = matchMedia('(prefers-reduced-motion: reduce)');
 
 export default {
   components: { Compass, GridMap, History, Robot },
@@ -36,7 +37,7 @@ export default {
     assumedWrong() { return this.avoided.length || !this.preferred.length ? [] : assumed(this.preferred); },
     isReady() { return this.drawing ? this.part.size > 0 && this.part.size < this.query?.states.length : this.preferred.length > 0 && this.wrong.length > 0; },
     sentence() {
-      if (this.drawing) return this.part.size ? `You say: these ${this.part.size} of ${count(this.query.states.length, 'cell')} go another way than the rest.` : 'Mark the cells that go another way than the rest.';
+      if (this.drawing) return this.part.size ? `You say: ${this.part.size} of ${count(this.query.states.length, 'cell')} ${this.part.size > 1 ? 'go' : 'goes'} another way than the rest.` : 'Mark the cells that go another way than the rest.';
       if (!this.preferred.length) return this.avoided.length ? `You say: ${names(this.avoided)} ${this.avoided.length > 1 ? 'are' : 'is'} wrong. Which direction is right?` : 'Which direction is right in the marked cells?';
       return `You say: ${names(this.preferred)} ${this.preferred.length > 1 ? 'are' : 'is'} right, ${names(this.wrong)} ${this.wrong.length > 1 ? 'are' : 'is'} wrong.`;
     },
@@ -47,13 +48,19 @@ export default {
     },
     // The reasons, and the question itself, which is the last sentence.
     asking() {
-      const text = this.s.query ? this.s.query.question : this.learner.message, at = text.lastIndexOf('. ');
+      const text = (this.s.query ? this.s.query.question : this.learner.message).replaceAll(' %', '\u00a0%'), at = text.lastIndexOf('. ');
       return at > 0 && text.endsWith('?') ? [text.slice(0, at + 1), text.slice(at + 2)] : [text, ''];
     },
     worse() { return Boolean(this.preview) && (!this.preview.ok || this.preview.success[1] < this.preview.success[0] - 0.005); },
     clashing() {
-      const ids = this.clash ? this.clash.ids : this.preview?.contradicts || [];
-      return (this.s.log || []).filter((entry) => ids.includes(entry.id) && !entry.retracted);
+      const held = (this.s.log || []).filter((entry) => !entry.retracted), ids = this.clash ? this.clash.ids : this.preview?.contradicts || [];
+      if (this.clash?.soft && !held.some((entry) => entry.id === this.clash.mine)) return [];
+      return held.filter((entry) => ids.includes(entry.id));
+    },
+    // Where the contradiction is: in the cells of this question, or of the answer that was given in spite of it.
+    clashCells() {
+      const mine = this.clash?.soft ? this.ours() : this.query, ours = new Set(mine?.states || []);
+      return this.clashing.flatMap((entry) => entry.states.filter((state) => ours.has(state)));
     },
     layers() { return this.map ? layerViews(this) : []; },
     order() {
@@ -70,25 +77,27 @@ export default {
     troubled() { return (this.s.nodes || []).filter((node) => node.level === 'error' || node.level === 'silent'); },
     // Acts arrive; until the line is up for the first time the page is on its way, not cut off.
     canCommand() { return this.up && !this.stale; },
+    canTry() { return this.canCommand && Boolean(this.s.graph?.learner); },
     cutOff() { return !this.canCommand && (this.met || this.stale); },
     line() { return this.canCommand ? '● live' : this.cutOff ? '○ cut off' : '… connecting'; },
     status() {
       if (this.learner.phase === 'learning') return 'The drone is learning …';
+      if (this.sending) return 'Your answer is on the way …';
       if (this.query && this.open) return `The drone asks: question ${this.query.id}`;
       return this.query && this.answered ? `Question ${this.query.id} is answered; the drone is learning …` : this.learner.message;
     },
   },
   watch: {
     'query.id'(now, before) { if (before !== undefined || now) this.onQuestion(); },
-    // A contradiction is shown where it is.
-    clashing(now) {
-      const found = now.length && this.layers[this.layer]?.clash.size === 0 ? this.layers.findIndex((view) => view.clash.size) : -1;
-      if (found >= 0) this.layer = found;
+    // A contradiction is shown where it is, and then the question again.
+    clashing(now, before) {
+      if (now.length) this.showClash();
+      else if (before.length && !this.layers[this.layer]?.asked.size) this.showQuestion();
     },
     dark: { immediate: true, handler(dark) { document.documentElement.dataset.theme = dark ? 'dark' : 'light'; } },
     theme(theme) { localStorage.setItem('advise-theme', theme); },
     by(by) { localStorage.setItem('advise-name', by); },
-    canCommand(now) { if (now && !this.preview) this.askPreview(); },
+    canTry(now) { if (now && !this.preview) this.askPreview(); },
     preferred() { this.askPreview(); },
     avoided() { this.askPreview(); },
   },
@@ -143,11 +152,14 @@ export default {
     onQuestion() {
       this.preferred = []; this.avoided = []; this.comment = ''; this.preview = null; this.clash = this.clash?.soft ? this.clash : null;
       this.drawing = false; this.part = new Set(); this.cursor = -1; this.stopReplay();
-      if (this.query && this.map) {
-        const size = this.map.width * this.map.height, hits = Array(this.map.layers).fill(0);
-        for (const state of this.query.states) hits[Math.floor(state / size)]++;
-        this.layer = hits.indexOf(Math.max(...hits));
-      }
+      this.showQuestion();
+    },
+    // The map with most of its cells.
+    showQuestion() {
+      if (!this.query || !this.map) return;
+      const size = this.map.width * this.map.height, hits = Array(this.map.layers).fill(0);
+      for (const state of this.query.states) hits[Math.floor(state / size)]++;
+      this.layer = hits.indexOf(Math.max(...hits));
     },
     prefer(action) {
       this.avoided = this.avoided.filter((one) => one !== action);
@@ -173,7 +185,7 @@ export default {
       clearTimeout(this.previewTimer);
       this.preview = null;
       if (this.clash && !this.clash.soft) this.clash = null;
-      if (this.open && this.preferred.length && this.wrong.length && this.canCommand) this.previewTimer = setTimeout(() => this.fetchPreview(), PREVIEW_AFTER_MS);
+      if (this.open && this.preferred.length && this.wrong.length && this.canTry) this.previewTimer = setTimeout(() => this.fetchPreview(), PREVIEW_AFTER_MS);
       else this.previewing = false;
     },
     async fetchPreview() {
@@ -184,13 +196,17 @@ export default {
       this.previewing = false;
       this.preview = reply;
     },
+    ours() { return (this.s.log || []).find((entry) => entry.id === this.clash?.mine); },
+    clashElsewhere() { return this.clashCells.length > 0 && !this.layers[this.layer]?.clash.size; },
+    showClash() { if (this.clashElsewhere()) this.layer = this.layers.findIndex((view) => view.clash.size); },
+    // The gain first, then what changes.
     previewText() {
       const p = this.preview;
-      if (this.previewing) return 'Trying it out …';
-      if (!p) return '';
-      if (!p.ok) return p.message;
+      if (this.previewing) return ['', 'Trying it out …'];
+      if (!p.ok) return ['', p.message];
       const route = p.reaches[1] ? 'reaches the final waypoint' : 'does not reach the final waypoint';
-      return `${count(p.changed.length, 'cell')} would change; the route then ${route}; ${percent(p.success[0])} → ${percent(p.success[1])} expected success (learnt in ${p.seconds.toFixed(2)} s).`;
+      const change = p.changed.length ? `▲ ${count(p.changed.length, 'cell')} would change; ━ the route then ${route}` : `nothing would change; the route ${route}`;
+      return [`expected success ${percent(p.success[0])} → ${percent(p.success[1])}`, `${change} (learnt in ${p.seconds.toFixed(2)} s).`];
     },
     async send() {
       if (!this.isReady || !this.query || this.answered) return;
@@ -221,6 +237,7 @@ export default {
       this.part = new Set();
       this.cursor = this.drawing ? this.cells()[0] ?? -1 : -1;
       this.preferred = []; this.avoided = [];
+      if (this.drawing) this.showMap();
     },
     splitItself() { this.drawing = false; this.part = new Set(); this.cursor = -1; this.give(MIXED); },
     cells() { return [...(this.layers[this.layer]?.asked || [])]; },
@@ -264,8 +281,11 @@ export default {
     // -- replay of the flown moments ------------------------------------------------------
     replay() {
       if (this.replaying >= 0) return this.stopReplay();
-      if (this.query?.moments.length) this.startMoment(0);
+      if (!this.query?.moments.length) return;
+      this.startMoment(0);
+      this.showMap();
     },
+    showMap() { this.$refs.map?.$el.scrollIntoView({ block: 'nearest', behavior: CALM.matches ? 'auto' : 'smooth' }); },
     startMoment(index) {
       const moment = this.query.moments[index];
       this.replaying = index;
@@ -275,8 +295,9 @@ export default {
     advance() {
       const moment = this.moving.moment;
       if (!moment) return;
-      moment.done = (performance.now() - moment.began) / 1000 * MOMENT_CELLS_A_SECOND;
-      if (moment.done < moment.cells.length) return;
+      const flown = (performance.now() - moment.began) / 1000 * MOMENT_CELLS_A_SECOND;
+      moment.done = CALM.matches ? moment.cells.length : flown; // Who wants no motion sees the whole way, for as long.
+      if (flown < moment.cells.length) return;
       if (this.query && this.replaying + 1 < this.query.moments.length) this.startMoment(this.replaying + 1);
       else this.stopReplay();
     },

@@ -31,8 +31,7 @@ export function layerViews(page) {
   const asked = sets(), part = sets(), clash = sets(), changes = Array.from({ length: map.layers }, () => new Map());
   if (query) perLayer(map, query.states, (layer, cell) => asked[layer].add(cell));
   perLayer(map, [...page.part], (layer, cell) => part[layer].add(cell));
-  const shared = query ? new Set(query.states) : new Set();
-  for (const entry of page.clashing) perLayer(map, page.clash?.soft ? entry.states : entry.states.filter((state) => shared.has(state)), (layer, cell) => clash[layer].add(cell));
+  perLayer(map, page.clashCells, (layer, cell) => clash[layer].add(cell));
   if (page.looked) perLayer(map, page.looked.states, (layer, cell) => part[layer].add(cell));
   if (preview?.ok) perLayer(map, preview.changed, (layer, cell, index) => changes[layer].set(cell, preview.actions[index]));
   const flown = s.flown && flownPerLayer(map, s.flown), policy = s.policy?.greedy.length === size * map.layers ? s.policy : null;

@@ -111,10 +111,12 @@ export class Painter {
     context.stroke();
   }
 
+  // Strokes from the lower left to the upper right, each within its cell; crossed ones go the other way too.
   hatch(cells, colour, crossed = false) {
     const { context } = this, s = this.cell;
     context.strokeStyle = colour;
-    context.lineWidth = Math.max(1.5, s / 18);
+    context.lineWidth = Math.min(4, Math.max(1.5, s / 18));
+    context.lineCap = 'butt';
     context.beginPath();
     for (const cell of cells) {
       const x = this.left(cell), y = this.top(cell);
@@ -122,6 +124,7 @@ export class Painter {
         context.moveTo(x + share * s, y); context.lineTo(x, y + share * s);
         if (share < 1) { context.moveTo(x + s, y + share * s); context.lineTo(x + share * s, y + s); }
         if (crossed) { context.moveTo(x + (1 - share) * s, y); context.lineTo(x + s, y + share * s); }
+        if (crossed && share < 1) { context.moveTo(x, y + share * s); context.lineTo(x + (1 - share) * s, y + s); }
       }
     }
     context.stroke();
@@ -212,12 +215,15 @@ export class Painter {
   // Where a route goes on no more: a cross in the corner, where no arrow is.
   cross([middleX, middleY], colour, size, shift) {
     const { context } = this, x = middleX + shift, y = middleY + shift;
-    context.strokeStyle = colour;
-    context.lineWidth = Math.max(2, size / 2.5);
-    context.beginPath();
-    context.moveTo(x - size, y - size); context.lineTo(x + size, y + size);
-    context.moveTo(x + size, y - size); context.lineTo(x - size, y + size);
-    context.stroke();
+    const width = Math.max(2, size / 2.5);
+    for (const [style, line] of [[this.colours.paper, 2.4 * width], [colour, width]]) { // An edge, so that it is told from a hatch.
+      context.strokeStyle = style;
+      context.lineWidth = line;
+      context.beginPath();
+      context.moveTo(x - size, y - size); context.lineTo(x + size, y + size);
+      context.moveTo(x + size, y - size); context.lineTo(x - size, y + size);
+      context.stroke();
+    }
   }
 
   waypoints(next, small) {

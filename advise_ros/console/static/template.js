@@ -43,12 +43,12 @@ export default `
         <button type="button" @click="splitItself()">Split it for me (s)</button> <button type="button" @click="mixed()">Cancel (m)</button>
       </div>
       <p class="sentence" aria-live="polite" data-test="sentence">{{ query ? sentence : 'Nothing to answer now.' }}</p>
-      <p class="preview" aria-live="polite" v-if="preview || previewing" :class="{bad: worse}" data-test="preview">{{ previewText() }}</p>
+      <p class="preview" aria-live="polite" v-if="preview || previewing" :class="{bad: worse}" data-test="preview"><b v-if="previewText()[0]">{{ previewText()[0] }}</b> {{ previewText()[1] }}</p>
       <div class="clash" v-if="clashing.length" role="alert" data-test="clash">
-        <p><b>⚠ {{ clash && clash.soft ? 'Two answers contradict each other.' : 'This contradicts what was said before.' }}</b></p>
+        <p><b>⚠ {{ clash && clash.soft ? 'Two answers contradict each other.' : 'This contradicts what was said before.' }}</b> <button type="button" class="quiet" v-if="clashElsewhere()" @click="showClash()">Show it on the map</button></p>
         <ul><li v-for="entry in clashing" :key="entry.id">Answer {{ entry.id }} by {{ entry.by || 'someone' }}: {{ said(entry) }}{{ overlap(entry) ? ', ' + count(overlap(entry), 'cell') + ' of this question' : '' }}
           <button type="button" @click="retract(entry.id)">Take back answer {{ entry.id }}</button></li></ul>
-        <p v-if="clash && clash.soft"><button type="button" @click="retract(clash.mine)">Take back mine ({{ clash.mine }})</button> <button type="button" @click="clash = null">Keep both</button> The learner weighs them against each other.</p>
+        <p v-if="clash && clash.soft"><button type="button" @click="retract(clash.mine)">Take back mine ({{ ours() ? said(ours()) : clash.mine }})</button> <button type="button" @click="clash = null">Keep both</button> The learner weighs them against each other.</p>
         <p v-else-if="!clash">Or send it: where the learner allows it, both are kept and weighed against each other.</p>
       </div>
       <div class="row">
@@ -74,7 +74,7 @@ export default `
     </div>
     <div class="main">
     <section class="maps" aria-label="Maps, one a waypoint">
-      <div class="head"><h2>On the way to waypoint {{ layer + 1 }}<small v-if="layers[layer]"> · {{ count(layers[layer].asked.size, 'cell') }} asked about</small></h2>
+      <div class="head"><h2>On the way to waypoint {{ layer + 1 }}<small v-if="layers[layer]"> · <i class="key asked" aria-hidden="true">▢</i> {{ count(layers[layer].asked.size, 'cell') }} asked about</small></h2>
         <div class="layers-shown" role="group" aria-label="What the map shows">
           <label><input type="checkbox" v-model="show.flown"> <i class="key flown">→</i> flown</label>
           <label><input type="checkbox" v-model="show.policy"> <i class="key policy">▲</i> drone would fly</label>
@@ -86,7 +86,7 @@ export default `
       <grid-map v-if="map" ref="map" :map="map" :view="layers[layer]" :dark="dark" :label="mapLabel" :drawing="drawing" :cursor="drawing ? cursor : -1" @mark="mark"></grid-map>
       <p v-else class="none">The map comes with the first demonstration.</p>
       <div class="beside">
-      <p class="legend"><span><i class="key asked">▢</i> asked about</span><span><i class="key drone">✣</i> drone and its track</span><span v-if="preview && preview.ok"><i class="key change">▲</i> would change, <i class="key change">━</i> route after</span><span v-if="clashing.length"><i class="key clash">▦</i> contradicts an earlier answer</span></p>
+      <p class="legend"><span><i class="key asked">▢</i> asked about</span><span><i class="key drone">✣</i> drone and its track</span><span v-if="preview && preview.ok"><i class="key change">▲</i> would change, <i class="key change">━</i> route after</span><span v-if="clashing.length"><i class="key clash">▦</i> contradicts an earlier answer</span><span v-if="replaying >= 0"><i class="key flown">●</i> how it was flown</span><span v-if="drawing"><i class="key flown">▨</i> goes another way</span><span v-if="show.unsure"><i class="key heat">■</i> the stronger, the more unsure{{ s.policy && !s.policy.own ? " (by the usual weights, the learner's are not known)" : '' }}</span></p>
       <div class="thumbs" role="tablist" aria-label="Maps, the asked ones first" v-if="map && map.layers > 1">
         <button v-for="index in order" :key="index" type="button" role="tab" :aria-selected="String(index === layer)" @click="layer = index" :class="{asked: layers[index].asked.size}" :aria-label="'Waypoint ' + (index + 1) + ', ' + count(layers[index].asked.size, 'cell') + ' asked about'">
           <grid-map :map="map" :view="layers[index]" :dark="dark" small label=""></grid-map><span>to {{ index + 1 }}{{ layers[index].clash.size ? ' ⚠' : layers[index].asked.size ? ' · asked' : '' }}</span>

@@ -10,7 +10,7 @@ export function list(words) {
 }
 
 export const names = (actions) => list(actions.map((action) => ACTIONS[action]));
-export const percent = (share) => `${Math.round(100 * share)} %`;
+export const percent = (share) => `${Math.round(100 * share)}\u00a0%`;
 export const count = (number, word) => `${number} ${word}${number === 1 ? '' : 's'}`;
 
 export function said(entry) {
