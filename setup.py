@@ -31,8 +31,8 @@ setup(
     license='Apache-2.0',
     entry_points={
         'console_scripts': [
-            *(f'{name} = advise_ros.nodes.{name}:main' for name in NODES),
-            *(f'{name} = advise_ros.commands.{name}:main' for name in COMMANDS),
+            *(f'{name} = advise_ros.front:nodes.{name}' for name in NODES),
+            *(f'{name} = advise_ros.front:commands.{name}' for name in COMMANDS),
         ],
         'pytest11': ['advise_ros = advise_ros.replay.pytest_plugin'],
     },
