@@ -1,7 +1,7 @@
 """The graph around one vehicle: the simulator, ArduPilot or PX4 by MAVLink, MAVROS, or ArduPilot's DDS.
 
     ros2 launch advise_ros advise.launch.py backend:=sim
-    ros2 launch advise_ros advise.launch.py backend:=sim autostart:=false console:=true
+    ros2 launch advise_ros advise.launch.py backend:=sim actors:=false console:=true
     ros2 launch advise_ros advise.launch.py backend:=ardupilot url:=udpin:127.0.0.1:14550 grid_file:=/path/to/grid.yaml
     ros2 launch advise_ros advise.launch.py backend:=mavros namespace:=drone1 bag:=/tmp/session
 
@@ -32,6 +32,7 @@ CARRIERS = {
 }
 LEARNERS = ('recorder', 'advise', 'policy')
 ACTORS = ('pilot', 'expert')
+MANAGED = ('policy', 'guard', 'mavlink_bridge')
 HAVE_A_GRID = ('mavlink_bridge', 'guard', *LEARNERS, *ACTORS, 'console')
 
 URLS = {'sim': 'udpin:127.0.0.1:14550', 'ardupilot': 'udpin:127.0.0.1:14550', 'px4': 'udpin:127.0.0.1:14540'}
@@ -58,7 +59,12 @@ ARGUMENTS = (
         'use_sim_time', default_value='', choices=['', 'true', 'false'], description='empty: true with backend sim only',
     ),
     DeclareLaunchArgument(
-        'autostart', default_value='true', choices=['true', 'false'],
+        'autostart', default_value='', choices=['', 'true', 'false'],
+        description='policy, guard and mavlink_bridge become active at once; false: they wait for ros2 lifecycle set; '
+        'empty: of the parameter file',
+    ),
+    DeclareLaunchArgument(
+        'actors', default_value='true', choices=['true', 'false'],
         description='backend sim: start the simulated pilot and expert too; false: a person flies (teleop) and answers',
     ),
     DeclareLaunchArgument('bag', default_value='', description='directory of a bag to write; empty: none'),
@@ -72,7 +78,7 @@ ARGUMENTS = (
 
 def executables(given: dict[str, str]) -> tuple[str, ...]:
     """Executables of this package that run."""
-    actors = ACTORS if given['backend'] == 'sim' and given['autostart'] == 'true' else ()
+    actors = ACTORS if given['backend'] == 'sim' and given['actors'] == 'true' else ()
     wanted = (('logger', given['bag'] != ''), ('console', given['console'] == 'true'))
     return (*CARRIERS[given['backend']], *LEARNERS, *actors, *(name for name, runs in wanted if runs))
 
@@ -83,6 +89,8 @@ def own_parameters(name: str, given: dict[str, str]) -> dict[str, object]:
     for parameter, value in texts(name, given).items():
         if value:
             parameters[parameter] = ParameterValue(value, value_type=str)
+    if name in MANAGED and given['autostart']:
+        parameters['autostart'] = given['autostart'] == 'true'
     if name != 'simulator':  # The simulator makes the clock; it cannot follow it.
         sim_time = given['use_sim_time'] or str(given['backend'] == 'sim').lower()
         parameters['use_sim_time'] = sim_time == 'true'

@@ -81,7 +81,15 @@ def test_each_backend_has_its_nodes(launch_file: ModuleType, backend: str, carri
 
 
 def test_a_person_in_place_of_the_simulated_ones(launch_file: ModuleType) -> None:
-    assert {'pilot', 'expert'}.isdisjoint(nodes(launch_file, backend='sim', autostart='false'))
+    assert {'pilot', 'expert'}.isdisjoint(nodes(launch_file, backend='sim', actors='false'))
+
+
+@pytest.mark.parametrize('backend', ['sim', 'mavros'])
+def test_managed_nodes_wait_when_asked_to(launch_file: ModuleType, backend: str) -> None:
+    waiting = nodes(launch_file, backend=backend, autostart='false')
+    told = {name: node.parameters[1]['autostart'] for name, node in waiting.items() if 'autostart' in node.parameters[1]}
+    assert told == {'policy': False, 'mavlink_bridge' if backend == 'sim' else 'guard': False}
+    assert not any('autostart' in node.parameters[1] for node in nodes(launch_file, backend=backend).values())
 
 
 def test_a_bag_brings_the_logger(launch_file: ModuleType) -> None:
