@@ -68,6 +68,11 @@ class LossyProxy:
     def port(self) -> int:
         return int(self._sockets['up'].getsockname()[1])
 
+    def tell_vehicle(self, data: bytes) -> None:
+        """Send it something of our own, once it has spoken."""
+        if self._vehicle is not None:
+            self._sockets['up'].sendto(data, self._vehicle)
+
     def close(self) -> None:
         self._closing = True
         self._thread.join(5)

@@ -12,7 +12,7 @@ from advise_msgs.srv import AnswerQuery
 from advise_ros.core.grid import N_ACTIONS
 from support.graph import Graph
 from support.learner import Learner, write_grid
-from support.promises.ledger import Row
+from support.promises.book import Book, Measure
 from support.promises.rig import private_graph
 from support.walks import GRID_4X4
 
@@ -62,15 +62,19 @@ class Crowd:
         return AnswerQuery.Request(query_id=query_id, verdict=int(self._rng.integers(10, 256)), preferred=[0], avoided=[1])
 
 
-def run(folder: Path, rng: np.random.Generator, trials: int) -> list[Row]:
-    """Send `trials` bad answers and a few good ones; then the good ones alone to a fresh learner."""
+def run(folder: Path, rng: np.random.Generator, book: Book) -> None:
+    """Send bad answers and a few good ones; then the good ones alone to a fresh learner."""
     grid_file = write_grid(folder, GRID_4X4)
-    with private_graph() as graph:
-        troubled, broken = _troubled(graph, grid_file, rng, trials)
-    with private_graph() as graph:
-        differences = _replayed(graph, grid_file, troubled)
-    names = ('answers', f'malformed, late, duplicate, contradictory; {len(troubled[0])} valid between them', 'differences')
-    return [Row(*names, trials, float(len(differences)), 0.0, (*broken, *differences))]
+    for _ in book.rounds(book.total):
+        with private_graph() as graph:
+            troubled, broken = _troubled(graph, grid_file, rng, book.total)
+        with private_graph() as graph:
+            differences = _replayed(graph, grid_file, troubled)
+        trouble = f'malformed, late, duplicate, contradictory; {len(troubled[0])} valid between them'
+        book.add(Measure(
+            'answers', trouble, 'differences', float(len(differences)), 0.0, timed=False, count=book.total,
+            broken='; '.join((*broken, *differences)[:5]),
+        ))
 
 
 def _troubled(
@@ -142,5 +146,3 @@ def _replayed(graph: Graph, grid_file: str, troubled: tuple[list[Advice], str]) 
 def _said(entry: Advice) -> tuple[object, ...]:
     return entry.advice_id, entry.query_id, list(entry.states), list(entry.preferred), list(entry.avoided), entry.verdict, \
         entry.retracted
-
-

@@ -12,12 +12,13 @@ from pathlib import Path
 import numpy as np
 
 from advise_msgs.msg import FlightStatus
-from support.promises.ledger import Row, row
+from support.promises.book import Book, Measure
 from support.promises.rig import Rig, Settings, flying
 
 JUMP_S = 60
 GAP_LIMIT_S = 0.1
-WATCH_S = 2.0
+WATCH_S = 1.2
+TROUBLES = {0: 'wall clock left alone', JUMP_S: f'wall clock of all nodes +{JUMP_S} s', -JUMP_S: f'the same -{JUMP_S} s'}
 NOTE = 'clocks are set inside of the processes, by a preloaded library'
 SOURCE = Path(__file__).with_name('set_clock.c')
 
@@ -44,29 +45,24 @@ class Clocks:
         self._file.close()
 
 
-def run(folder: Path, rng: np.random.Generator, trials: int) -> list[Row]:
-    """The trials of `set_them` in a flight of their own."""
+def run(folder: Path, rng: np.random.Generator, book: Book) -> None:
+    """Set the clocks forward and back in a flight of their own, again and again."""
     clocks = Clocks(folder)
     try:
         with flying(folder, rng, Settings(env=clocks.env)) as rig:
-            return set_them(rig, clocks, trials)
+            for _ in book.rounds():
+                set_them(rig, book, clocks)
     finally:
         clocks.close()
 
 
-def set_them(rig: Rig, clocks: Clocks, trials: int) -> list[Row]:
-    """Set all clocks forward and back `trials` times each; first without setting them, for comparison."""
-    troubles = {0: 'wall clock left alone', JUMP_S: f'wall clock of all nodes +{JUMP_S} s', -JUMP_S: f'the same -{JUMP_S} s'}
-    found: dict[int, list[float]] = {jump_s: [] for jump_s in troubles}
+def set_them(rig: Rig, book: Book, clocks: Clocks) -> None:
+    """Set all clocks forward and back again; first without setting them, for comparison."""
     offset_s = 0
-    for _ in range(trials):
-        for jump_s, gaps in found.items():
-            offset_s += jump_s
-            gaps.append(_gap(rig, clocks, offset_s))
-    return [
-        row(('control goes on', troubles[jump_s], 'longest gap, s'), gaps, GAP_LIMIT_S, (), NOTE)
-        for jump_s, gaps in found.items()
-    ]
+    for jump_s, trouble in TROUBLES.items():
+        offset_s += jump_s
+        gap_s = _gap(rig, clocks, offset_s)
+        book.add(Measure('control goes on', trouble, 'longest gap, s', gap_s, GAP_LIMIT_S, note=NOTE))
 
 
 def _gap(rig: Rig, clocks: Clocks, offset_s: int) -> float:

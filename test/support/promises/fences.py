@@ -17,7 +17,7 @@ from advise_ros.nodes.guard import limits_of, sentry_of
 from advise_ros.sim.modes import Mode
 from advise_ros.sim.setpoints import Setpoint
 from advise_ros.sim.vehicle import Vehicle
-from support.promises.ledger import Row
+from support.promises.book import Book, Measure
 
 # docs/safety.md names it: gusts push the vehicle further than it was commanded.
 BOUND_M = 1.0
@@ -130,13 +130,10 @@ def beyond_m(fence: Fence, position_enu_m: tuple[float, float, float]) -> float:
     return max(outside_m(fence, position_enu_m[:2]), fence.low_m - up, up - fence.high_m, 0.0)
 
 
-def run(folder: Path, rng: np.random.Generator, trials: int) -> list[Row]:
-    """Fly `trials` episodes, EPISODES_A_FLIGHT to each vehicle."""
-    worst, flown = [], 0
-    while flown < trials:
+def run(folder: Path, rng: np.random.Generator, book: Book) -> None:
+    """Fly episodes, EPISODES_A_FLIGHT to each vehicle."""
+    trouble = 'wild pilot, wind, gusts, latency, losses, dropouts'
+    for _ in book.rounds(EPISODES_A_FLIGHT):
         flight = Flight(rng)
-        episodes = min(EPISODES_A_FLIGHT, trials - flown)
-        worst += [flight.episode() for _ in range(episodes)]
-        flown += episodes
-    names = ('the fence', 'wild pilot, wind, gusts, latency, losses, dropouts', 'metres outside')
-    return [Row(*names, flown, max(worst), BOUND_M)]
+        outside = [flight.episode() for _ in range(min(EPISODES_A_FLIGHT, book.total - book.done))]
+        book.add(*(Measure('the fence', trouble, 'metres outside', beyond, BOUND_M, timed=False) for beyond in outside))

@@ -4,9 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
+from statistics import median
 from typing import Any, NamedTuple
 
 from rich.table import Table
+from scipy.stats import binomtest
+
+HEADS = ('promise', 'trouble', 'figure', 'trials', 'median', 'worst', 'limit', 'broken at most', 'busy', '')
 
 
 class Row(NamedTuple):
@@ -22,6 +26,8 @@ class Row(NamedTuple):
         broken: what went wrong beside the figure, a sentence each.
         note: what readers should know.
         timed: the limit is a time, which a busy machine may need more of.
+        values: of the single trials, where they are known.
+        busy: share of the machine's time that was worked meanwhile, by whomever; NaN when it was not measured.
     """
 
     promise: str
@@ -33,17 +39,43 @@ class Row(NamedTuple):
     broken: tuple[str, ...] = ()
     note: str = ''
     timed: bool = False
+    values: tuple[float, ...] = ()
+    busy: float = math.nan
 
     @property
     def kept(self) -> bool:
         return self.trials > 0 and self.worst <= self.limit and not self.broken
+
+    @property
+    def broken_at_most(self) -> float:
+        """Upper end of the 95 % Wilson interval of the share of trials that break the promise; NaN for a single trial."""
+        if len(self.values) < 2:
+            return math.nan
+        above = sum(not value <= self.limit for value in self.values)
+        failures = min(len(self.values), max(above, len(self.broken)))
+        return float(binomtest(failures, len(self.values)).proportion_ci(method='wilson').high)
 
     def with_slack(self, slack_s: float) -> Row:
         """On a busy machine processes get their turn later than the promise allows for."""
         return self._replace(limit=self.limit + slack_s) if self.timed else self
 
     def as_mapping(self) -> dict[str, Any]:
-        return {**self._asdict(), 'kept': self.kept}
+        """Everything but the single values."""
+        known = {name: value for name, value in self._asdict().items() if name != 'values'}
+        middle = median(self.values) if self.values else math.nan
+        return {**known, 'median': middle, 'broken_at_most': self.broken_at_most, 'kept': self.kept}
+
+    def cells(self) -> tuple[str, ...]:
+        """The row as HEADS names it, without the verdict."""
+        return (
+            self.promise, self.trouble, self.figure, str(self.trials),
+            f'{median(self.values):.3g}' if len(self.values) > 1 else '', f'{self.worst:.3g}', f'{self.limit:g}',
+            _percent(self.broken_at_most), _percent(self.busy),
+        )
+
+
+def _percent(share: float) -> str:
+    return '' if math.isnan(share) else f'{100.0 * share:.3g} %'
 
 
 def row(
@@ -51,27 +83,19 @@ def row(
 ) -> Row:
     """The row of trials whose figures are times; `names`: promise, trouble, figure."""
     worst = max(values, default=math.nan)
-    return Row(*names, len(values), worst, limit, tuple(broken), note, timed=True)
+    return Row(*names, len(values), worst, limit, tuple(broken), note, timed=True, values=tuple(values))
 
 
 def table(rows: Sequence[Row]) -> Table:
     """The ledger for a terminal."""
-    shown = Table('promise', 'trouble', 'figure', 'trials', 'worst', 'limit', '', title='Promises')
+    shown = Table(*HEADS, title='Promises')
     for entry in rows:
-        verdict = '[green]kept[/]' if entry.kept else '[red]BROKEN[/]'
-        shown.add_row(
-            entry.promise, entry.trouble, entry.figure, str(entry.trials), f'{entry.worst:.3g}', f'{entry.limit:g}', verdict,
-        )
+        shown.add_row(*entry.cells(), '[green]kept[/]' if entry.kept else '[red]BROKEN[/]')
     return shown
 
 
 def markdown(rows: Sequence[Row]) -> str:
     """The ledger for docs/safety.md."""
-    lines = ['| promise | trouble | figure | trials | worst | limit | |', '| --- | --- | --- | ---: | ---: | ---: | --- |']
-    for entry in rows:
-        verdict = 'kept' if entry.kept else '**broken**'
-        cells = (
-            entry.promise, entry.trouble, entry.figure, str(entry.trials), f'{entry.worst:.3g}', f'{entry.limit:g}', verdict,
-        )
-        lines.append(f'| {" | ".join(cells)} |')
+    lines = [f'| {" | ".join(HEADS)} |', '| --- | --- | --- | ---: | ---: | ---: | ---: | ---: | ---: | --- |']
+    lines += [f'| {" | ".join((*entry.cells(), "kept" if entry.kept else "**broken**"))} |' for entry in rows]
     return '\n'.join(lines) + '\n'

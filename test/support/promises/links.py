@@ -10,58 +10,56 @@ import numpy as np
 
 from advise_ros.core.fence import Fence, fence_around
 from support.lossy_proxy import GOOD, Wire
-from support.promises.deaths import BRAKING_S, GUIDED_TIMEOUT_S, RECOVERY_LIMIT_S, ZERO_LIMIT_S
+from support.promises.book import Book, Measure
+from support.promises.deaths import BRAKING_S, RECOVERY_LIMIT_S, ZERO_LIMIT_S
 from support.promises.fences import beyond_m
-from support.promises.ledger import Row, row
-from support.promises.rig import Rig, flying
+from support.promises.rig import Rig, Settings, flying
 
 CUTS_S = (0.1, 30.0)
-BAD_S = 20.0
+# One bad radio to so many cuts, and how long it stays so.
+CUTS_A_BAD_ONE, BAD_S = 10, 20.0
 # What a setpoint is sent for: a pose by way of the policy, a tick of the guard, a tick of the bridge.
-POSES_HZ, GUARD_HZ, BRIDGE_HZ = 50.0, 20.0, 20.0
+POSES_HZ, GUARD_HZ, BRIDGE_HZ = 20.0, 20.0, 20.0
 BAD = {
     '30 % lost': Wire(loss=0.3),
     '0.5 s late': Wire(delay_s=0.5),
     'reordered': Wire(jitter_s=0.15),
     '30 % lost, 0.5 s late, reordered': Wire(loss=0.3, delay_s=0.4, jitter_s=0.2),
 }
-# While nothing is heard the vehicle flies its last setpoint for GUIDED_TIMEOUT_S, at most 1 m/s here.
+# While nothing is heard the vehicle flies its last setpoint for the autopilot's time-out, at most 1 m/s here.
 FENCE_LIMIT_M = 1.0
 
 
-def run(folder: Path, rng: np.random.Generator, trials: int) -> list[Row]:
-    """Cut the radio `trials` times for 0.1 to 30 s, and fly on each kind of bad radio a tenth as often for a while."""
-    with flying(folder, rng) as rig:
-        rows = cut(rig, trials, CUTS_S[1])
-        for trouble in BAD:
-            rows += disturb(rig, trouble, max(1, trials // 10), BAD_S)
-        return rows
+def run(folder: Path, rng: np.random.Generator, book: Book, autopilot: str) -> None:
+    """Cut the radio for 0.1 to 30 s each round, and in each tenth fly on each kind of bad radio for a while."""
+    with flying(folder, rng, Settings(autopilot)) as rig:
+        for number in book.rounds():
+            cut(rig, book, CUTS_S[1])
+            if number % CUTS_A_BAD_ONE == 0:
+                for trouble in BAD:
+                    disturb(rig, book, trouble, BAD_S)
 
 
 # -- cut -------------------------------------------------------------------------------------
-def cut(rig: Rig, trials: int, longest_s: float) -> list[Row]:
+def cut(rig: Rig, book: Book, longest_s: float) -> None:
     """Cut the radio for a while, short times as often as long ones."""
-    stands, recoveries, broken = [], [], []
-    for _ in range(trials):
-        rig.fly()
-        rig.pause(1.0)
-        rig.fly()
-        length_s = math.exp(rig.rng.uniform(math.log(CUTS_S[0]), math.log(longest_s)))
-        at_s = time.monotonic()
-        rig.proxy.wire = Wire(cut=True)
-        time.sleep(length_s)
-        stands.append(_moved_on(rig, at_s, at_s + length_s))
-        rig.proxy.wire = GOOD
-        began_s = time.monotonic()
-        broken += _burst(rig, began_s)
-        rig.fly()
-        recoveries.append(time.monotonic() - began_s)
-    trouble = f'radio cut for {CUTS_S[0]:g} to {longest_s:g} s'
-    limit = GUIDED_TIMEOUT_S + BRAKING_S
-    return [
-        row(('the vehicle stands', trouble, 'seconds in motion without us'), stands, limit, broken),
-        row(('recovery', trouble, 'seconds until it flies again'), recoveries, RECOVERY_LIMIT_S),
-    ]
+    rig.fly()
+    rig.pause(0.7)
+    rig.fly()
+    length_s = math.exp(rig.rng.uniform(math.log(CUTS_S[0]), math.log(longest_s)))
+    at_s = time.monotonic()
+    rig.proxy.wire = Wire(cut=True)
+    time.sleep(length_s)
+    stands_s = _moved_on(rig, at_s, at_s + length_s)
+    rig.proxy.wire = GOOD
+    began_s = time.monotonic()
+    broken = _burst(rig, began_s)
+    rig.fly()
+    trouble, limit_s = rig.with_autopilot(f'radio cut for {CUTS_S[0]:g} to {longest_s:g} s'), rig.timeout_s + BRAKING_S
+    book.add(
+        Measure('the vehicle stands', trouble, 'seconds in motion without us', stands_s, limit_s, broken=broken),
+        Measure('recovery', trouble, 'seconds until it flies again', time.monotonic() - began_s, RECOVERY_LIMIT_S),
+    )
 
 
 def _moved_on(rig: Rig, since_s: float, until_s: float) -> float:
@@ -70,34 +68,31 @@ def _moved_on(rig: Rig, since_s: float, until_s: float) -> float:
     return min(stood, until_s - since_s)
 
 
-def _burst(rig: Rig, began_s: float) -> list[str]:
+def _burst(rig: Rig, began_s: float) -> str:
     """Setpoints of before the cut that were kept and sent when the radio came back."""
     time.sleep(0.2)
     sent = [command for command in rig.tap.commands_since(began_s) if command.at_s < began_s + 0.2]
     most = 2 * round(0.2 * (POSES_HZ + GUARD_HZ + BRIDGE_HZ))
-    return [f'{len(sent)} setpoints in the first 0.2 s'] if len(sent) > most else []
+    return f'{len(sent)} setpoints in the first 0.2 s' if len(sent) > most else ''
 
 
 # -- bad -------------------------------------------------------------------------------------
-def disturb(rig: Rig, trouble: str, trials: int, seconds: float) -> list[Row]:
+def disturb(rig: Rig, book: Book, trouble: str, seconds: float) -> None:
     """Fly on a bad radio, then lose the policy on it; the fence holds all the while."""
-    wire, fence = BAD[trouble], fence_around(rig.grid, 1.0, 3.0)
-    outside, zeros = [], []
-    for _ in range(trials):
-        rig.fly()
-        at_s = time.monotonic()
-        rig.proxy.wire = wire
-        _keep_flying(rig, at_s + seconds)
-        rig.processes['policy'].kill()
-        zeros.append(rig.wait_zero(time.monotonic(), 5.0))
-        outside.append(_furthest(rig, fence, at_s))
-        rig.proxy.wire = GOOD
-        rig.start('policy')
-    limit = ZERO_LIMIT_S
-    return [
-        Row('the fence', f'radio: {trouble}', 'metres outside', len(outside), max(outside), FENCE_LIMIT_M),
-        row(('zero velocity', f'policy killed, radio: {trouble}', 'seconds until it is commanded'), zeros, limit),
-    ]
+    rig.fly()
+    at_s = time.monotonic()
+    rig.proxy.wire = BAD[trouble]
+    _keep_flying(rig, at_s + seconds)
+    rig.processes['policy'].kill()
+    zero_s = rig.wait_zero(time.monotonic(), 5.0)
+    outside_m = _furthest(rig, fence_around(rig.grid, 1.0, 3.0), at_s)
+    rig.proxy.wire = GOOD
+    rig.bring_back('policy')
+    bad, killed = (rig.with_autopilot(f'{words}radio: {trouble}') for words in ('', 'policy killed, '))
+    book.add(
+        Measure('the fence', bad, 'metres outside', outside_m, FENCE_LIMIT_M, timed=False),
+        Measure('zero velocity', killed, 'seconds until it is commanded', zero_s, ZERO_LIMIT_S),
+    )
 
 
 def _keep_flying(rig: Rig, until_s: float) -> None:

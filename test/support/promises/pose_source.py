@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import signal
+from threading import Event
+
 import rclpy
 from geometry_msgs.msg import PoseStamped, TwistStamped
 from rclpy.clock import Clock, ClockType
@@ -11,6 +14,8 @@ from advise_ros.ros import qos
 
 PERIOD_S = 0.02
 ALTITUDE_M = 3.0
+# Started ahead of its time it says READY, and waits for this signal.
+READY, SPEAK = 'ready', signal.SIGUSR1
 
 
 class PoseSource(Node):
@@ -40,5 +45,10 @@ class PoseSource(Node):
 
 
 if __name__ == '__main__':
+    told = Event()
+    signal.signal(SPEAK, lambda *_: told.set())
+    print(READY, flush=True)
+    while not told.wait(0.01):  # The signal may meet a thread of some library, which wakes nobody.
+        pass
     rclpy.init()
     rclpy.spin(PoseSource())

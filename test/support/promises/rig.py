@@ -5,13 +5,14 @@ from __future__ import annotations
 import itertools
 import math
 import os
+import signal
+import struct
 import time
-from collections import deque
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import yaml
@@ -30,27 +31,16 @@ from support import reserve
 from support.graph import Graph
 from support.lossy_proxy import LossyProxy
 from support.processes import Process
+from support.promises.tap import Tap
 
 PATIENCE_S = 60.0
 STANDS_M_S, FLIES_M_S = 0.15, 0.5
-KEPT = 20_000  # Samples of the tap: minutes.
-SETPOINT = mav.dialect.MAVLINK_MSG_ID_SET_POSITION_TARGET_LOCAL_NED
+# Seconds without a setpoint until it acts by itself: GUID_TIMEOUT and COM_OF_LOSS_T.
+TIMEOUTS_S = {'ardupilot': 3.0, 'px4': 1.0}
+NAMES = {'ardupilot': 'ArduPilot', 'px4': 'PX4'}
+# By default PX4 returns when the stream ends; we recommend to hold.
+HOLD = 5
 NODES = ('policy', 'guard', 'mavlink_bridge', 'advise', 'recorder', 'logger')
-
-
-class Command(NamedTuple):
-    """A setpoint on the wire: when (steady), and its speed."""
-
-    at_s: float
-    speed_m_s: float
-
-
-class Motion(NamedTuple):
-    """What the vehicle says of itself: when (steady), speed, and position (east, north, up)."""
-
-    at_s: float
-    speed_m_s: float
-    position_enu_m: tuple[float, float, float]
 
 
 def square(side: int = 6) -> Grid:
@@ -60,41 +50,19 @@ def square(side: int = 6) -> Grid:
     return Grid(2.0, side, side, (-1.0, -1.0), 3.0, tuple(y * side + x for x, y in corners))
 
 
-class Tap:
-    """Setpoints and positions that pass, the newest last; steady receive times."""
-
-    def __init__(self) -> None:
-        self.commands: deque[Command] = deque(maxlen=KEPT)
-        self.motions: deque[Motion] = deque(maxlen=KEPT)
-
-    def __call__(self, direction: str, message: Any, at_s: float) -> None:
-        number = message.get_msgId()
-        if direction == 'down' and number == SETPOINT:
-            self.commands.append(Command(at_s, math.hypot(message.vx, message.vy, message.vz)))
-        elif direction == 'up' and number == mav.LOCAL_POSITION_NED:
-            speed = math.hypot(message.vx, message.vy, message.vz)
-            self.motions.append(Motion(at_s, speed, (message.y, message.x, -message.z)))
-
-    def commands_since(self, at_s: float) -> list[Command]:
-        return [command for command in list(self.commands) if command.at_s >= at_s]
-
-    def motions_since(self, at_s: float) -> list[Motion]:
-        return [motion for motion in list(self.motions) if motion.at_s >= at_s]
-
-
 @dataclass(frozen=True)
 class Settings:
     """How a rig is set up.
 
     Attributes:
+        autopilot: whose manners the vehicle has.
         speedup: simulated seconds a second; at any but 1 all nodes live by /clock.
-        pose_rate_hz: in simulated time.
         parameters: more of them, by node.
         env: more environment of the nodes.
     """
 
+    autopilot: str = 'ardupilot'
     speedup: float = 1.0
-    pose_rate_hz: float = 50.0
     parameters: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     env: Mapping[str, str] = field(default_factory=dict)
 
@@ -129,15 +97,16 @@ class Rig:
         on_grid = {'grid_file': str(self._grid_file)}
         self._parameters: dict[str, dict[str, Any]] = {
             'policy': {**on_grid, 'speed_m_s': 1.0}, 'guard': on_grid, 'recorder': on_grid, 'logger': {},
-            'mavlink_bridge': {**on_grid, 'url': f'udpin:127.0.0.1:{port}', 'pose_rate_hz': settings.pose_rate_hz},
+            'mavlink_bridge': {**on_grid, 'url': f'udpin:127.0.0.1:{port}'},
             'advise': {**on_grid, 'demonstrations_file': str(demonstrations), 'session_file': str(folder / 'session.json')},
         }
-        for name, values in settings.parameters.items():
-            self._parameters[name] = {**self._parameters[name], **values}
+        for name, values in self._parameters.items():
+            values.update(settings.parameters.get(name, {}))
         self.processes: dict[str, Process] = {}
         self.simulator = graph.start('simulator', {
             'endpoint': f'udpout:127.0.0.1:{self.proxy.port}', 'ready_after_s': 0.5, 'battery_s': 100_000.0,
-            'speedup': settings.speedup, 'publish_clock': settings.simulated_time,
+            'autopilot': settings.autopilot, 'speedup': settings.speedup, 'publish_clock': settings.simulated_time,
+            **settings.parameters.get('simulator', {}),
         })
         for name in NODES:
             self.start(name)
@@ -146,7 +115,20 @@ class Rig:
         self.vehicle = self.graph.listen('vehicle_status', VehicleStatus, qos.latched())
         self.flights = self.graph.listen('policy/status', FlightStatus, qos.latched())
         self.policies = self.graph.listen('advise/policy', Policy, qos.latched())
-        self.diagnostics = self.graph.listen('/diagnostics', DiagnosticArray, 100)
+        self.said: dict[str, str] = {}
+        self._spoke_s: dict[str, float] = {}
+        self.graph.node.create_subscription(DiagnosticArray, '/diagnostics', self._on_diagnostics, 100)
+
+    def _on_diagnostics(self, array: DiagnosticArray) -> None:
+        now_s = time.monotonic()
+        for status in array.status:
+            self.said[status.name] = status.message
+            self._awaited(status.name, now_s)
+        self.graph.notify()
+
+    def _awaited(self, name: str, now_s: float) -> None:
+        if self._spoke_s.get(name) == math.inf:
+            self._spoke_s[name] = now_s
 
     def start(self, name: str) -> None:
         """Start a node, or start it anew; the logger takes a new bag."""
@@ -159,6 +141,30 @@ class Rig:
         if old is not None:
             self.graph.processes.remove(old)
         self.processes[name] = self.graph.start(name, parameters, remaps, self._settings.env)
+
+    # -- the autopilot -----------------------------------------------------------------------
+    @property
+    def timeout_s(self) -> float:
+        """The autopilot's own, of setpoints."""
+        return TIMEOUTS_S[self._settings.autopilot]
+
+    def with_autopilot(self, trouble: str) -> str:
+        """The trouble's name in the ledger."""
+        return f'{trouble} ({NAMES[self._settings.autopilot]})'
+
+    def set_up_autopilot(self) -> None:
+        """As docs/safety.md recommends: PX4 holds when the stream ends."""
+        if self._settings.autopilot != 'px4':
+            return
+        station = mav.dialect.MAVLink(None, srcSystem=255, srcComponent=190)
+        hold, = struct.unpack('<f', struct.pack('<i', HOLD))
+        asked = mav.dialect.MAVLink_param_set_message(1, 1, b'COM_OBL_RC_ACT', hold, mav.dialect.MAV_PARAM_TYPE_INT32)
+
+        def told() -> bool:
+            self.proxy.tell_vehicle(asked.pack(station))
+            return 'COM_OBL_RC_ACT' in self.tap.parameters
+
+        self.graph.wait_until(told, PATIENCE_S, 'the autopilot to take a parameter')
 
     # -- flying ------------------------------------------------------------------------------
     @property
@@ -187,15 +193,15 @@ class Rig:
 
     def _take_off(self) -> None:
         self.graph.wait_until(lambda: self.vehicle and self.vehicle[-1].ready, PATIENCE_S, 'a vehicle that is ready')
-        self.graph.call(Trigger, 'mavlink_bridge/takeoff', timeout_s=PATIENCE_S)
+        if not self.graph.call(Trigger, 'mavlink_bridge/takeoff', timeout_s=PATIENCE_S).success:
+            return
         self.graph.wait_until(lambda: self.vehicle[-1].commandable or not self.vehicle[-1].ready, PATIENCE_S, 'the take-off')
 
     def story(self) -> str:
         """What is known when something fails."""
         vehicle = self.vehicle[-1] if self.vehicle else None
         flight = self.flights[-1] if self.flights else None
-        said = {status.name: status.message for array in self.diagnostics[-40:] for status in array.status}
-        return f'vehicle {vehicle}, flight {flight}, speed {self.speed_m_s:.2f} m/s, diagnostics {said}'
+        return f'vehicle {vehicle}, flight {flight}, speed {self.speed_m_s:.2f} m/s, diagnostics {self.said}'
 
     # -- measuring ---------------------------------------------------------------------------
     def wait_stands(self, since_s: float, limit_s: float) -> float:
@@ -235,9 +241,21 @@ class Rig:
         """A random moment."""
         time.sleep(float(self.rng.uniform(0.0, longest_s)))
 
-    def heard_of(self, name: str, since: int) -> bool:
-        """Whether a node has spoken on /diagnostics since so many messages."""
-        return any(status.name == f'/{name}' for array in self.diagnostics[since:] for status in array.status)
+    # -- taking away -------------------------------------------------------------------------
+    def bring_back(self, name: str) -> float:
+        """Continue a stopped node, start a killed one anew; when (steady)."""
+        now_s, process = time.monotonic(), self.processes[name]
+        self._spoke_s[f'/{name}'] = math.inf
+        if process.running:
+            process.signal(signal.SIGCONT)
+        else:
+            self.start(name)
+        return now_s
+
+    def wait_speaks(self, name: str, since_s: float, limit_s: float) -> float:
+        """Seconds from a node's return until it says something on /diagnostics."""
+        self.graph.wait_until(lambda: self._spoke_s[f'/{name}'] < math.inf, limit_s, f'{name} to speak again')
+        return self._spoke_s[f'/{name}'] - since_s
 
 
 @contextmanager
@@ -264,6 +282,7 @@ def flying(folder: Path, rng: np.random.Generator, settings: Settings = SETTINGS
         rig = Rig(graph, folder, rng, settings)
         try:
             graph.wait_until(lambda: rig.policies, PATIENCE_S, 'the first policy')
+            rig.set_up_autopilot()
             rig.fly()
             yield rig
         finally:

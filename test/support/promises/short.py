@@ -1,4 +1,4 @@
-"""A little of every promise that needs a flight, in one flight; tests run it."""
+"""A little of every promise that needs a flight, in one flight with each autopilot; tests run it."""
 
 from __future__ import annotations
 
@@ -7,20 +7,29 @@ from pathlib import Path
 import numpy as np
 
 from support.promises import clocks, deaths, links
-from support.promises.ledger import Row
+from support.promises.book import Book
+from support.promises.deaths import Loss
 from support.promises.rig import Settings, flying
 
 CUT_S, BAD_S = 4.0, 2.0
 
 
-def run(folder: Path, rng: np.random.Generator, trials: int) -> list[Row]:
-    """Nodes taken away, clocks set, the radio cut and bad: `trials` times each."""
+def with_ardupilot(folder: Path, rng: np.random.Generator, book: Book) -> None:
+    """Two nodes killed, the clocks set, and a bad radio, each once a round."""
     watches = clocks.Clocks(folder)
     try:
         with flying(folder, rng, Settings(env=watches.env)) as rig:
-            rows = deaths.take_away(rig, deaths.SHORT, trials)
-            rows += clocks.set_them(rig, watches, trials)
-            rows += links.cut(rig, trials, CUT_S)
-            return rows + links.disturb(rig, list(links.BAD)[-1], trials, BAD_S)
+            for _ in book.rounds():
+                deaths.take_away(rig, book, Loss('recorder', 'killed'), Loss('policy', 'killed'))
+                clocks.set_them(rig, book, watches)
+                links.disturb(rig, book, list(links.BAD)[-1], BAD_S)
     finally:
         watches.close()
+
+
+def with_px4(folder: Path, rng: np.random.Generator, book: Book) -> None:
+    """Two nodes stopped, and the radio cut, each once a round."""
+    with flying(folder, rng, Settings('px4')) as rig:
+        for _ in book.rounds():
+            deaths.take_away(rig, book, Loss('logger', 'stopped'), Loss('mavlink_bridge', 'stopped'))
+            links.cut(rig, book, CUT_S)

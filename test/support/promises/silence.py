@@ -20,7 +20,8 @@ from advise_ros.ros import qos
 from support.graph import Graph
 from support.policies import best, policy_message
 from support.processes import Process
-from support.promises.ledger import Row, row
+from support.promises.book import Book, Measure
+from support.promises.pose_source import READY, SPEAK
 from support.promises.rig import private_graph, square
 
 LIMIT_S = 0.55
@@ -62,40 +63,59 @@ class Witness:
         return float(self.graph.wait_until(found, PATIENCE_S, f'zero velocity on {topic}')) - self.pose_s
 
 
-def run(folder: Path, rng: np.random.Generator, trials: int) -> list[Row]:
-    """Kill and stop the source of poses `trials` times each."""
+class Sources:
+    """Sources of poses, the next one always started already: it costs a second, and speaks when it is told to."""
+
+    def __init__(self, graph: Graph) -> None:
+        self._graph = graph
+        self._next = self._start()
+
+    def _start(self) -> Process:
+        return self._graph.start_command('pose_source', [sys.executable, str(SOURCE)])
+
+    def take(self) -> Process:
+        """One that has just begun to speak."""
+        source, self._next = self._next, self._start()
+        self._graph.wait_until(lambda: READY in source.out, PATIENCE_S, 'a source of poses')
+        source.popen.send_signal(SPEAK)
+        return source
+
+    def end(self, source: Process) -> None:
+        source.kill()
+        self._graph.processes.remove(source)
+
+    def close(self) -> None:
+        self.end(self._next)
+
+
+def run(folder: Path, rng: np.random.Generator, book: Book) -> None:
+    """Kill and stop the source of poses each round."""
     grid, grid_file = square(), folder / 'grid.yaml'
     grid_file.write_text(yaml.safe_dump({'grid': grid_to_mapping(grid)}))
-    rows = []
     with private_graph() as graph:
         witness = Witness(graph)
         for name in ('policy', 'guard'):
             graph.start(name, {'grid_file': str(grid_file)})
         graph.publisher('advise/policy', Policy, qos.latched()).publish(policy_message(grid, best(grid)))
-        for how in HOW:
-            found = [_silence(witness, how, rng) for _ in range(trials)]
-            for topic in witness.commands:
-                names = ('zero velocity', f'source of poses {how}', f'seconds from the last pose, {topic}')
-                rows.append(row(names, [seconds[topic] for seconds in found], LIMIT_S))
-    return rows
+        sources = Sources(graph)
+        for _ in book.rounds():
+            for how in HOW:
+                for topic, seconds in _silence(witness, sources, how, rng).items():
+                    figure = f'seconds from the last pose, {topic}'
+                    book.add(Measure('zero velocity', f'source of poses {how}', figure, seconds, LIMIT_S))
+        sources.close()
 
 
-def _silence(witness: Witness, how: str, rng: np.random.Generator) -> dict[str, float]:
-    graph = witness.graph
-    source = graph.start_command('pose_source', [sys.executable, str(SOURCE)])
+def _silence(witness: Witness, sources: Sources, how: str, rng: np.random.Generator) -> dict[str, float]:
+    graph, source = witness.graph, sources.take()
     pilot = graph.accepted_goal(Fly, 'policy/fly', Fly.Goal(start_cell=0), PATIENCE_S)
     graph.wait_until(witness.moving, PATIENCE_S, 'motion')
     time.sleep(float(rng.uniform(0.0, 0.3)))
     source.signal(HOW[how])
     found = {topic: witness.zero_after_pose(topic) for topic in witness.commands}
     graph.cancel(pilot)
-    _end(graph, source)
+    sources.end(source)
     witness.pose_s = -math.inf
     for heard in witness.commands.values():
         heard.clear()
     return found
-
-
-def _end(graph: Graph, source: Process) -> None:
-    source.kill()
-    graph.processes.remove(source)
