@@ -90,7 +90,7 @@ def pictures(browser: Browser, address: str, client: GraphClient) -> None:
     save(page, 'console-split')
     page.keyboard.press('m')
     dark = open_page(browser, address, dark=True)
-    dark.get_by_label('unsure').check()
+    dark.get_by_role('checkbox', name='unsure').check()
     client.take_off(PATIENCE_S)
     dark.keyboard.press('ArrowUp')
     dark.get_by_role('button', name='Fly the policy').click()

@@ -18,7 +18,6 @@ from support.walks import GRID_4X4
 # Colours of the map, and how many points of them are surely no accident.
 ASKED, CHANGED, CLASH, PART = (253, 231, 181), (201, 239, 224), (184, 51, 15), (0, 114, 178)
 SOME = 200
-INJECTION = '<img src=x onerror="document.title=1"><script>document.title=2</script>'
 
 
 @pytest.fixture(scope='module')
@@ -56,7 +55,7 @@ def test_a_newcomer_answers_by_mouse_and_sees_before_what_it_changes(
     asked = learner.query_of(learner.policies[-1])
     anna.shows('question', asked.question.rpartition('. ')[0])
     assert anna.pixels(ASKED) > SOME and anna.pixels(CHANGED) == 0
-    anna.page.get_by_label('unsure').check()  # The heat layer lies where the question was lit; its border stays.
+    anna.page.get_by_role('checkbox', name='unsure').check()  # The heat layer lies where the question was lit; its border stays.
     graph.wait_until(lambda: anna.pixels(ASKED) == 0, what='the heat layer')
     anna.press('h')
     graph.wait_until(lambda: anna.pixels(ASKED) > SOME, what='the lit question')
@@ -65,6 +64,7 @@ def test_a_newcomer_answers_by_mouse_and_sees_before_what_it_changes(
     anna.shows('preview', 'expected success')
     assert anna.pixels(CHANGED) > SOME
     assert not learner.log, 'a preview commits nothing'
+    assert not anna.nameless()
     anna.click('^Send')
     anna.history('EAST, not WEST', 'Anna', f'{len(asked.states)} cells', 'expected')
     given = entry(learner, 0)

@@ -113,6 +113,14 @@ class Person:
         for word in words:
             expect(self.page.locator('.history li').first).to_contain_text(word)
 
+    def nameless(self) -> list[str]:
+        """Controls and pictures that a screen reader has no name for."""
+        return re.findall(r'^\s*- (?:button|textbox|checkbox|img|meter)(?: \[.*\])*:?$', self.at_all(), re.MULTILINE)
+
+    def at_all(self) -> str:
+        """The page as a screen reader has it."""
+        return self.page.locator('.console').aria_snapshot()
+
     def pixels(self, colour: tuple[int, int, int]) -> int:
         """How many points of the main map have a colour."""
         count: int = self.page.evaluate(COUNT_PIXELS, list(colour))

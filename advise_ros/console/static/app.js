@@ -6,7 +6,7 @@ import Robot from '/console/robot.js';
 import { Link } from '/console/link.js';
 import template from '/console/template.js';
 import { layerViews, describe } from '/console/layers.js';
-import { keyAct } from '/console/keys.js';
+import { keyAct, letGo } from '/console/keys.js';
 import { ANSWER, CONTRADICTION, MIXED, SKIP, SPLIT, UNSURE, assumed, count, list, names, percent, said } from '/console/words.js';
 
 const PREVIEW_AFTER_MS = 250, LOOK_MS = 100, STALE_MS = 4000, NOTE_MS = 12000, TRACK_POINTS = 1500;
@@ -110,8 +110,10 @@ export default {
   },
   mounted() {
     document.title = 'advise';
+    document.documentElement.lang = 'en';
     this.timer = setInterval(() => this.look(), LOOK_MS);
     document.addEventListener('keydown', (event) => keyAct(this, event));
+    document.addEventListener('click', letGo);
     matchMedia('(prefers-color-scheme: dark)').addEventListener('change', (event) => { this.systemDark = event.matches; });
     this.frame();
   },

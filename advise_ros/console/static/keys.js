@@ -9,6 +9,11 @@ export function keyAct(page, event) {
   if (act(page, event, typing)) event.preventDefault();
 }
 
+// Who clicks a button and goes on by keys means the answer by Enter, not the button again.
+export function letGo(event) {
+  if (event.pointerType && event.target.closest('button, [type=checkbox]')) document.activeElement.blur();
+}
+
 function act(page, event, typing) {
   const key = event.key.length === 1 ? event.key.toLowerCase() : event.key;
   if (key === ' ') { if (!event.repeat) page.act('hold'); return true; }

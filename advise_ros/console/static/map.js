@@ -8,7 +8,7 @@ export default {
   emits: ['mark'],
   template: `
     <div class="map" ref="box">
-      <canvas ref="base" role="img" :aria-label="label"></canvas>
+      <canvas ref="base" :role="small ? null : 'img'" :aria-label="small ? null : label" :aria-hidden="small || null"></canvas>
       <canvas ref="over" class="over" aria-hidden="true" :class="{drawing}"
         @pointerdown="onDown" @pointermove="onMove" @pointerup="stroke = null"></canvas>
     </div>`,

@@ -2,7 +2,7 @@
 import { STEP } from '/console/words.js';
 
 const LIGHT = {
-  paper: '#ffffff', line: '#d5dce2', ink: '#16202a', wall: '#3c4650', asked: '#E69F00', askedFill: '#fde7b5', flown: '#0072B2',
+  paper: '#ffffff', line: '#d5dce2', ink: '#16202a', wall: '#3c4650', asked: '#A86A00', askedFill: '#fde7b5', flown: '#0072B2',
   policy: '#16202a', route: '#5b6875', change: '#00754f', changeFill: '#c9efe0', clash: '#b8330f', drone: '#8a1c6a',
   heat: [[255, 255, 255], [120, 94, 180]], part: '#0072B2',
 };

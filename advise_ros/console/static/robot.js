@@ -25,7 +25,7 @@ export default {
       <h3>Nodes</h3>
       <ul class="nodes" aria-label="State of every node">
         <li v-for="node in nodes || []" :key="node.name" :class="node.level">
-          <span class="sign" aria-hidden="true">{{ sign(node.level) }}</span><b>{{ node.name }}</b>
+          <span class="sign" aria-hidden="true">{{ sign(node.level) }}</span><b>{{ node.name }}</b>{{ ' ' }}
           <span :class="{short: node.level === 'ok'}">{{ node.level === 'silent' ? 'silent; it said last: ' : '' }}{{ node.message }}</span>
         </li>
         <li v-if="!(nodes || []).length" class="silent">No node is heard.</li>

@@ -18,7 +18,7 @@ export default `
     <p><b>Keys</b> — arrows: this direction is right · Shift + arrow: wrong · o: all others are wrong · Enter: send · s: skip · u: unsure · m: these cells differ · Backspace: undo · Space: <b>hold the drone</b> · h: uncertainty · r: replay · 1–9: map · Esc: close</p>
     <p>If you name only what is right, its opposite counts as wrong; a dashed ✕ shows it before you send.</p>
   </section>
-  <main>
+  <div class="columns">
     <div class="side">
     <section class="question card" aria-labelledby="question-title">
       <h2 id="question-title">{{ query ? 'Question ' + query.id : 'No question' }}<small v-if="query && query.budget >= 0"> · {{ count(query.budget, 'answer') }} left</small></h2>
@@ -26,9 +26,9 @@ export default `
       <p class="enough" v-if="learner.enough" data-test="enough">✓ Enough advice: more answers would hardly change where it flies.</p>
       <template v-if="query">
         <dl class="why" aria-label="Why it is asked">
-          <div><dt>your flights disagree</dt><dd><meter min="0" max="1" :value="query.disagree"></meter> {{ percent(query.disagree) }}</dd></div>
-          <div><dt>seldom flown there</dt><dd><meter min="0" max="1" :value="query.scarce"></meter> {{ percent(query.scarce) }}</dd></div>
-          <div><dt>the drone is unsure</dt><dd><meter min="0" max="1" :value="query.unsure"></meter> {{ percent(query.unsure) }}</dd></div>
+          <div><dt>your flights disagree</dt><dd><meter min="0" max="1" :value="query.disagree" aria-label="your flights disagree"></meter> {{ percent(query.disagree) }}</dd></div>
+          <div><dt>seldom flown there</dt><dd><meter min="0" max="1" :value="query.scarce" aria-label="seldom flown there"></meter> {{ percent(query.scarce) }}</dd></div>
+          <div><dt>the drone is unsure</dt><dd><meter min="0" max="1" :value="query.unsure" aria-label="the drone is unsure"></meter> {{ percent(query.unsure) }}</dd></div>
         </dl>
         <p class="said" v-if="before.length" data-test="before">Said there before: <span v-for="entry in before" :key="entry.id">answer {{ entry.id }} by {{ entry.by || 'someone' }}, {{ said(entry) }} ({{ count(overlap(entry), 'cell') }}). </span></p>
         <button type="button" class="quiet" v-if="query.moments.length" @click="replay()" data-test="replay">{{ replaying >= 0 ? '■ stop: ' + query.moments[replaying].id + ' (' + (replaying + 1) + ' of ' + query.moments.length + ')' : '▶ Show how it was flown there (' + count(query.moments.length, 'moment') + ')' }}</button>
@@ -76,20 +76,20 @@ export default `
     <section class="maps" aria-label="Maps, one a waypoint">
       <div class="head"><h2>On the way to waypoint {{ layer + 1 }}<small v-if="layers[layer]"> · <i class="key asked" aria-hidden="true">▢</i> {{ count(layers[layer].asked.size, 'cell') }} asked about</small></h2>
         <div class="layers-shown" role="group" aria-label="What the map shows">
-          <label><input type="checkbox" v-model="show.flown"> <i class="key flown">→</i> flown</label>
-          <label><input type="checkbox" v-model="show.policy"> <i class="key policy">▲</i> drone would fly</label>
-          <label><input type="checkbox" v-model="show.route"> <i class="key route">┄</i> route</label>
-          <label><input type="checkbox" v-model="show.unsure" data-test="heat"> <i class="key heat">■</i> unsure</label>
+          <label><input type="checkbox" v-model="show.flown"> <i class="key flown" aria-hidden="true">→</i> flown</label>
+          <label><input type="checkbox" v-model="show.policy"> <i class="key policy" aria-hidden="true">▲</i> drone would fly</label>
+          <label><input type="checkbox" v-model="show.route"> <i class="key route" aria-hidden="true">┄</i> route</label>
+          <label><input type="checkbox" v-model="show.unsure" data-test="heat"> <i class="key heat" aria-hidden="true">■</i> unsure</label>
         </div>
       </div>
       <div class="stage">
       <grid-map v-if="map" ref="map" :map="map" :view="layers[layer]" :dark="dark" :label="mapLabel" :drawing="drawing" :cursor="drawing ? cursor : -1" @mark="mark"></grid-map>
       <p v-else class="none">The map comes with the first demonstration.</p>
       <div class="beside">
-      <p class="legend"><span><i class="key asked">▢</i> asked about</span><span><i class="key drone">✣</i> drone and its track</span><span v-if="preview && preview.ok"><i class="key change">▲</i> would change, <i class="key change">━</i> route after</span><span v-if="clashing.length"><i class="key clash">▦</i> contradicts an earlier answer</span><span v-if="replaying >= 0"><i class="key flown">●</i> how it was flown</span><span v-if="drawing"><i class="key flown">▨</i> goes another way</span><span v-if="show.unsure"><i class="key heat">■</i> the stronger, the more unsure{{ s.policy && !s.policy.own ? " (by the usual weights, the learner's are not known)" : '' }}</span></p>
-      <div class="thumbs" role="tablist" aria-label="Maps, the asked ones first" v-if="map && map.layers > 1">
-        <button v-for="index in order" :key="index" type="button" role="tab" :aria-selected="String(index === layer)" @click="layer = index" :class="{asked: layers[index].asked.size}" :aria-label="'Waypoint ' + (index + 1) + ', ' + count(layers[index].asked.size, 'cell') + ' asked about'">
-          <grid-map :map="map" :view="layers[index]" :dark="dark" small label=""></grid-map><span>to {{ index + 1 }}{{ layers[index].clash.size ? ' ⚠' : layers[index].asked.size ? ' · asked' : '' }}</span>
+      <p class="legend"><span><i class="key asked" aria-hidden="true">▢</i> asked about</span><span><i class="key drone" aria-hidden="true">✣</i> drone and its track</span><span v-if="preview && preview.ok"><i class="key change" aria-hidden="true">▲</i> would change, <i class="key change" aria-hidden="true">━</i> route after</span><span v-if="clashing.length"><i class="key clash" aria-hidden="true">▦</i> contradicts an earlier answer</span><span v-if="replaying >= 0"><i class="key flown" aria-hidden="true">●</i> how it was flown</span><span v-if="drawing"><i class="key flown" aria-hidden="true">▨</i> goes another way</span><span v-if="show.unsure"><i class="key heat" aria-hidden="true">■</i> the stronger, the more unsure{{ s.policy && !s.policy.own ? " (by the usual weights, the learner's are not known)" : '' }}</span></p>
+      <div class="thumbs" role="group" aria-label="Maps, the asked ones first" v-if="map && map.layers > 1">
+        <button v-for="index in order" :key="index" type="button" :aria-pressed="String(index === layer)" @click="layer = index" :class="{asked: layers[index].asked.size}" :aria-label="'Waypoint ' + (index + 1) + ', ' + count(layers[index].asked.size, 'cell') + ' asked about'">
+          <grid-map :map="map" :view="layers[index]" :dark="dark" small></grid-map><span>to {{ index + 1 }}{{ layers[index].clash.size ? ' ⚠' : layers[index].asked.size ? ' · asked' : '' }}</span>
         </button>
       </div>
       </div>
@@ -98,6 +98,6 @@ export default `
 
     <robot :nodes="s.nodes" :vehicle="s.vehicle" :flight="s.flight" :battery="s.battery" :disabled="!canCommand" @act="act($event)"></robot>
     </div>
-  </main>
+  </div>
   <p class="toast" role="status" aria-live="assertive" :class="{bad: note && note.bad, shown: note}" data-test="note">{{ note ? note.text : '' }}</p>
 </div>`;
