@@ -17,7 +17,7 @@ from advise_ros.domains import DOMAINS
 from advise_ros.experiments import runner
 from advise_ros.experiments.experiment import EXPERIMENTS, Request, fulfil
 from advise_ros.experiments.method import METHODS
-from advise_ros.experiments.problem_file import OPTIONS, READINGS, learn, read_problem, write_result
+from advise_ros.experiments.problem_file import OPTIONS, READINGS, learn, read_problem, recorded_problem, write_result
 from advise_ros.experiments.protocols import FINAL_SEED
 
 OK, NO, USAGE, INTERRUPTED = 0, 1, 2, 130
@@ -26,7 +26,9 @@ EPILOG = """examples:
   ./advise experiments figure5 --domain wumpus --trials 10
   ./advise experiments all --jobs 2 --out out/paper
   ./advise experiments all --dask tcp://127.0.0.1:8786
+  ./advise experiments figure5 --domain season/dataset.yaml
   ./advise experiments learn --problem p.npz --out r.npz
+  ./advise experiments learn --dataset season --out r.npz
 
 Results are kept trial by trial in OUT/trials.jsonl: after an interruption the same command goes on.
 exit code: 0 done; 1 learn: no reward satisfies strict advice; 2 wrong usage or input; 130 interrupted"""
@@ -68,8 +70,9 @@ def _figures(options: argparse.Namespace) -> int:
 
 
 def _learn(options: argparse.Namespace) -> int:
-    """Solve equation (1) for a problem file."""
-    given = read_problem(options.problem, {name: getattr(options, name) for name in OPTIONS})
+    """Solve equation (1) for a problem file or recorded flights."""
+    chosen = {name: getattr(options, name) for name in OPTIONS}
+    given = recorded_problem(options.dataset, chosen) if options.dataset else read_problem(options.problem, chosen)
     learned = learn(given, options.solver)
     write_result(options.out, learned)
     print(f'{learned.status}, objective {learned.objective:.9g}, {learned.seconds:.3f} s: {options.out}', flush=True)
@@ -110,7 +113,7 @@ def _figure_options(parser: argparse.ArgumentParser, experiments: tuple[str, ...
     parser.set_defaults(run=_figures, experiments=experiments)
     parser.add_argument(
         '--domain', nargs='+', action='extend', metavar='NAME',
-        help=f'{", ".join(DOMAINS)} (default: all), or an .npz file with your own process (docs/paper.md)',
+        help=f'{", ".join(DOMAINS)} (default: all), an .npz file with your own process, or a dataset (docs/paper.md)',
     )
     parser.add_argument(
         '--method', nargs='+', action='extend', choices=METHODS, metavar='NAME', help=f'{", ".join(METHODS)} (default: all)',
@@ -124,7 +127,9 @@ def _figure_options(parser: argparse.ArgumentParser, experiments: tuple[str, ...
 
 def _learn_options(parser: argparse.ArgumentParser) -> None:
     parser.set_defaults(run=_learn)
-    parser.add_argument('--problem', required=True, metavar='FILE', help='.npz: process, demonstrations, advice, options')
+    source = parser.add_mutually_exclusive_group(required=True)
+    source.add_argument('--problem', metavar='FILE', help='.npz: process, demonstrations, advice, options')
+    source.add_argument('--dataset', metavar='DIR', help='recorded flights: what discretise --out DIR wrote')
     parser.add_argument('--out', required=True, metavar='FILE', help='.npz: reward, value, q, policy, margins, status')
     parser.add_argument('--solver', default=AUTO, choices=(AUTO, *SOLVERS), help='default %(default)s')
     options = parser.add_argument_group('options (instead of the fields of the same names in the file)')

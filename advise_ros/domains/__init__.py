@@ -27,4 +27,4 @@ def find(name: str) -> Domain:
         from advise_ros.domains.file import load_domain  # noqa: PLC0415 - for users of it only
 
         return load_domain(name)
-    raise InputError(f"domain '{name}' is unknown; choose {', '.join(DOMAINS)}, or an .npz file of your own")
+    raise InputError(f"domain '{name}' is unknown; choose {', '.join(DOMAINS)}, an .npz file of your own, or a dataset")

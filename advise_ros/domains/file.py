@@ -21,13 +21,22 @@ FIELDS = (*PROCESS, 'reward', 'goal', 'start', 'horizon', 'features')
 HORIZON = 100
 
 
-@lru_cache(maxsize=4)
 def load_domain(path: str) -> Domain:
-    """The domain of a file, named after it.
+    """The domain of a file, named after it; remembered until the file changes.
 
     Raises:
         InputError: the file cannot be read, or a field is missing or wrong.
     """
+    return _loaded(path, changed_ns(Path(path)))
+
+
+def changed_ns(file: Path) -> int:
+    """When a file was last written; 0 where there is none, whose reader tells more."""
+    return file.stat().st_mtime_ns if file.exists() else 0
+
+
+@lru_cache(maxsize=4)
+def _loaded(path: str, _: int) -> Domain:
     fields = read_fields(path)
     fields.check_names(FIELDS)
     mdp = read_process(fields)

@@ -11,13 +11,13 @@ from typing import Any, NamedTuple
 from matplotlib.figure import Figure
 
 from advise_ros.core.errors import InputError
-from advise_ros.domains import find
 from advise_ros.domains.domain import Domain
 from advise_ros.experiments import acquisitions, figures, plots
 from advise_ros.experiments.figures import Row5, Row6, Slope, Trials
 from advise_ros.experiments.interview import with_errors
 from advise_ros.experiments.method import METHODS, Method, Protocol
 from advise_ros.experiments.protocols import protocol_for
+from advise_ros.experiments.recorded import domain_of
 from advise_ros.experiments.runner import Performer, run
 from advise_ros.experiments.store import Store
 
@@ -31,7 +31,7 @@ class Request(NamedTuple):
     """What a user asked for.
 
     Attributes:
-        domains: names, or .npz files; None for those of the experiment.
+        domains: names, .npz files, or datasets; None for those of the experiment.
         methods: names.
         trials: None for each experiment's own number.
         seed: of the first trial.
@@ -47,7 +47,7 @@ class Request(NamedTuple):
     def in_domains(self, default: Sequence[str]) -> Iterator[tuple[str, Domain, Protocol]]:
         """Each domain asked for, with its protocol."""
         for name in self.domains or default:
-            yield name, find(name), protocol_for(name)
+            yield name, domain_of(name), protocol_for(name)
 
 
 class Bench(NamedTuple):

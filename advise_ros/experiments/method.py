@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 
 from advise_ros.core.program import Terms
 from advise_ros.domains.people import Demonstrator, Expert
+from advise_ros.experiments.recorded import Recorded
 
 
 @dataclass(frozen=True)
@@ -52,7 +53,7 @@ class Protocol:
     """A domain, its people and the learner's constants.
 
     Attributes:
-        domain: name, or an .npz file.
+        domain: name, an .npz file, or a dataset.
         demonstrator, expert: who shows and who answers.
         clusters: k of k-means.
         points: numbers of questions, ascending from 0, after which the policy is looked at.
@@ -65,7 +66,7 @@ class Protocol:
     """
 
     domain: str
-    demonstrator: Demonstrator
+    demonstrator: Demonstrator | Recorded
     clusters: int
     points: tuple[int, ...] = tuple(range(11))
     expert: Expert = field(default_factory=Expert)
@@ -80,3 +81,14 @@ class Protocol:
     def budget(self) -> int:
         """Questions in all."""
         return self.points[-1]
+
+
+@dataclass(frozen=True)
+class OwnProtocol(Protocol):
+    """The protocol of a user's files.
+
+    Attributes:
+        digest: of what they hold, so that results of earlier contents are not taken for theirs.
+    """
+
+    digest: str = ''

@@ -1,4 +1,4 @@
-"""Equation (1) on any problem: an .npz file in, an .npz file out; docs/paper.md lists the fields."""
+"""Equation (1) on any problem: an .npz file or recorded flights in, an .npz file out; docs/paper.md lists the fields."""
 
 from __future__ import annotations
 
@@ -25,6 +25,7 @@ from advise_ros.core.program import (
 )
 from advise_ros.core.solve import AUTO, solve
 from advise_ros.domains.fields import PROCESS, Fields, read_fields, read_process
+from advise_ros.experiments.recorded import recorded
 
 DEMONSTRATIONS = ('demo_state', 'demo_action')
 ADVICE = ('advice_state', 'advice_preferred', 'advice_avoided')
@@ -96,6 +97,21 @@ def read_problem(path: str | Path, options: Mapping[str, Any]) -> Given:
     )
     fields.same_length(DEMONSTRATIONS)
     evidence = Evidence(favourites(mdp.n_states, mdp.n_actions, states, actions), _advice(fields, mdp))
+    return _given(fields, mdp, evidence)
+
+
+def recorded_problem(dataset: str, options: Mapping[str, Any]) -> Given:
+    """The problem that the flights of a dataset pose on its grid: moves are certain, nobody advises.
+
+    Raises:
+        InputError: the dataset cannot be read, or an option is wrong.
+    """
+    fields = Fields(dataset, {name: np.array(value) for name, value in options.items() if value is not None})
+    mdp, counts = recorded(dataset)
+    return _given(fields, mdp, Evidence(counts.favourite(), {}))
+
+
+def _given(fields: Fields, mdp: Mdp, evidence: Evidence) -> Given:
     return Given(_posed(mdp, evidence, _terms(fields)), fields.number('temperature', 1e-6, LARGEST, 1.0))
 
 

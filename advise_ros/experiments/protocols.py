@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from hashlib import sha256
+from pathlib import Path
 
 from advise_ros.core.errors import InputError
 from advise_ros.core.program import Terms
 from advise_ros.domains.people import Demonstrator
-from advise_ros.experiments.method import Protocol
+from advise_ros.experiments.method import OwnProtocol, Protocol
+from advise_ros.experiments.recorded import Recorded, file_of, is_recorded
 
 # Tuning used seeds below this; the figures use this and those that follow.
 FINAL_SEED = 10_000
@@ -30,13 +32,25 @@ PROTOCOLS = {
     )
 }
 # For a user's process.
-GENERAL = Protocol('', Demonstrator(300, 10), clusters=8)
+CLUSTERS = 8
+DEMONSTRATOR = Demonstrator(300, 10)
 
 
 def protocol_for(domain: str) -> Protocol:
-    """The protocol of a domain of the paper, or the general one for a file."""
+    """The protocol of a domain of the paper, or the general one for a user's files.
+
+    Raises:
+        InputError: there is no such domain, or its file cannot be read.
+    """
     if domain in PROTOCOLS:
         return PROTOCOLS[domain]
-    if not domain.endswith('.npz'):
-        raise InputError(f"domain '{domain}' is unknown; choose {', '.join(PROTOCOLS)}, or an .npz file of your own")
-    return replace(GENERAL, domain=domain)
+    if is_recorded(domain):
+        return OwnProtocol(domain, Recorded(domain), CLUSTERS, digest=_digest(file_of(domain)))
+    return OwnProtocol(domain, DEMONSTRATOR, CLUSTERS, digest=_digest(Path(domain)))
+
+
+def _digest(file: Path) -> str:
+    try:
+        return sha256(file.read_bytes()).hexdigest()
+    except OSError as problem:
+        raise InputError(f'{file} cannot be read: {problem.strerror}') from problem

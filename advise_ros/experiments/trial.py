@@ -12,12 +12,12 @@ import numpy as np
 from advise_ros.core.counts import Counts
 from advise_ros.core.numerics import Ints
 from advise_ros.core.program import Preference
-from advise_ros.domains import find
 from advise_ros.domains.domain import Domain
 from advise_ros.domains.people import advise, demonstrate
 from advise_ros.experiments.clusterings import Clustering, quality
 from advise_ros.experiments.learner import Asking, Fitted, fit, preference
 from advise_ros.experiments.method import Method, Protocol
+from advise_ros.experiments.recorded import Recorded, domain_of
 
 # What is kept of a value: what machines and numbers of threads differ in is far below.
 DECIMALS = 6
@@ -43,8 +43,10 @@ class Shown(NamedTuple):
 
 def show(protocol: Protocol, seed: int) -> Shown:
     """The demonstrations of a trial."""
-    domain, rng = find(protocol.domain), np.random.default_rng([seed, crc32(b'demonstrator')])
-    return Shown(domain, protocol, seed, demonstrate(domain, protocol.demonstrator, rng))
+    domain, rng = domain_of(protocol.domain), np.random.default_rng([seed, crc32(b'demonstrator')])
+    person = protocol.demonstrator
+    counts = person.demonstrate(rng) if isinstance(person, Recorded) else demonstrate(domain, person, rng)
+    return Shown(domain, protocol, seed, counts)
 
 
 def curves(protocol: Protocol, methods: tuple[Method, ...], seed: int) -> dict[str, tuple[float, ...]]:

@@ -6,8 +6,10 @@ from typing import NamedTuple
 
 from threadpoolctl import threadpool_limits
 
+from advise_ros.core.errors import InputError
 from advise_ros.experiments.interview import interviews
-from advise_ros.experiments.method import Method, Protocol
+from advise_ros.experiments.method import Method, OwnProtocol, Protocol
+from advise_ros.experiments.protocols import protocol_for
 from advise_ros.experiments.store import key_of
 from advise_ros.experiments.trial import cluster_quality, curves
 
@@ -30,7 +32,12 @@ class Task(NamedTuple):
 
 
 def perform(task: Task) -> list[object]:
-    """The result of each method; one thread, so that it is the same wherever it runs."""
+    """The result of each method; one thread, so that it is the same wherever it runs.
+
+    Raises:
+        InputError: the user's files are not here, or not those that the task was made with.
+    """
+    _check_files(task.protocol)
     with threadpool_limits(1):
         if task.kind == 'quality':
             return [cluster_quality(task.protocol, method, task.seed) for method in task.methods]
@@ -38,3 +45,8 @@ def perform(task: Task) -> list[object]:
             return [list(one) for one in interviews(task.protocol, task.methods, task.seed)]  # type: ignore[arg-type]
         found = curves(task.protocol, task.methods, task.seed)
         return [list(found[method.name]) for method in task.methods]
+
+
+def _check_files(protocol: Protocol) -> None:
+    if isinstance(protocol, OwnProtocol) and protocol_for(protocol.domain) != protocol:
+        raise InputError(f'{protocol.domain} is not what it was when the experiment began; start it again')
