@@ -12,15 +12,11 @@ from advise_ros.mavlink.frames import Vector
 from advise_ros.mavlink.machine import Machine
 from advise_ros.mavlink.messages import Message
 from advise_ros.mavlink.px4 import Px4
+from advise_ros.mavlink.rates import RateWatch
 from advise_ros.mavlink.requests import Goal, Request
 from advise_ros.mavlink.vehicle import Address, Vehicle
 
 HEARTBEAT_S = 1.0
-# A message is asked for again when it was silent this long, or this many of its periods.
-SILENT_S, SILENT_PERIODS = 2.0, 5.0
-ASK_S = 1.0
-# An autopilot that still does not send it is asked less often.
-ASKS_IN_A_ROW, ASK_SELDOM_S = 30, 10.0
 # Longest wait for the autopilot's word before a request is said to be under way.
 REPLY_S = 3.0
 
@@ -66,7 +62,7 @@ class Companion:
         self._machine: Machine | None = None
         self._open: Request | None = None
         self._heartbeat_s = -math.inf
-        self._asked: dict[int, tuple[float, int]] = {}
+        self._rates = RateWatch(self.vehicle)
         self._was_connected = False
         self._link_problem = ''
         self._resting = ''
@@ -87,7 +83,7 @@ class Companion:
             self._lose_link()
         self._was_connected = connected
         if connected and self._machine is not None:
-            out += self._intervals(self._machine, now_s)
+            out += self._rates.due(self._wanted(self._machine), now_s)
             self.vehicle.forget_silent(now_s)
             out += self._machine.step(now_s)
         self._answer_late(now_s)
@@ -101,29 +97,16 @@ class Companion:
         return [mav.heartbeat(as_ground_station=machine is not None and machine.texts_to_ground_stations_only)]
 
     def _lose_link(self) -> None:
-        self._asked.clear()
+        self._rates.forget()
         self.vehicle.heard_at_s.clear()
         # Its mode may have changed meanwhile: whatever else is heard first, only a new heartbeat tells.
         self.vehicle.heartbeat_at_s = -math.inf
         if self._machine is not None:
             self._machine.lose_link()
 
-    def _intervals(self, machine: Machine, now_s: float) -> list[Message]:
-        """Requests for messages that were never asked for or do not arrive."""
-        target = self.vehicle.target
-        if target is None:
-            return []
-        rate = self._settings.pose_rate_hz
-        out = []
-        for message_id, rate_hz in ((mav.LOCAL_POSITION_NED, rate), (mav.ATTITUDE, rate), *machine.intervals):
-            silent_s = now_s - self.vehicle.heard_at_s.get(message_id, -math.inf)
-            asked_at_s, times = self._asked.get(message_id, (-math.inf, 0))
-            wait_s = ASK_S if times < ASKS_IN_A_ROW else ASK_SELDOM_S
-            silent = silent_s > max(SILENT_S, SILENT_PERIODS / rate_hz)
-            if times == 0 or (silent and now_s - asked_at_s >= wait_s):
-                self._asked[message_id] = (now_s, times + 1)
-                out.append(mav.message_interval(target, message_id, rate_hz))
-        return out
+    def _wanted(self, machine: Machine) -> tuple[tuple[int, float], ...]:
+        rate_hz = self._settings.pose_rate_hz
+        return ((mav.LOCAL_POSITION_NED, rate_hz), (mav.ATTITUDE, rate_hz), *machine.intervals)
 
     def _answer_late(self, now_s: float) -> None:
         request = self._open

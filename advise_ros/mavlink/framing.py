@@ -25,7 +25,7 @@ SPOKEN = {int(getattr(dialect, f'MAVLINK_MSG_ID_{name}')): length for name, leng
     'PARAM_SET': 23, 'GPS_RAW_INT': 30, 'ATTITUDE': 28, 'LOCAL_POSITION_NED': 28, 'GLOBAL_POSITION_INT': 28,
     'MANUAL_CONTROL': 11, 'COMMAND_INT': 35, 'COMMAND_LONG': 33, 'COMMAND_ACK': 3, 'SET_POSITION_TARGET_LOCAL_NED': 53,
     'TIMESYNC': 16, 'BATTERY_STATUS': 36, 'AUTOPILOT_VERSION': 60, 'EKF_STATUS_REPORT': 22, 'EXTENDED_SYS_STATE': 2,
-    'STATUSTEXT': 51,
+    'STATUSTEXT': 51, 'REQUEST_DATA_STREAM': 6,
 }.items()}
 _LONGEST_PAYLOAD = {number: kind.unpacker.size for number, kind in dialect.mavlink_map.items()}
 

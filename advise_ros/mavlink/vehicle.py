@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import NamedTuple
@@ -69,6 +70,7 @@ class Vehicle:
         wanted_system: the only system that is chosen; 0: any.
         refused_numbers, refused_strangers: messages that were not taken in, and why.
         unfit: what else was heard that calls itself an autopilot, in words.
+        heard_at_s, heard: when each message came last, and how often so far.
     """
 
     heartbeat_timeout_s: float
@@ -97,6 +99,7 @@ class Vehicle:
     unfit: str = ''
     position_fresh: bool = False
     heard_at_s: dict[int, float] = field(default_factory=dict)
+    heard: Counter[int] = field(default_factory=Counter)
     _chunks: tuple[int, int, str] = (0, 0, '')
 
     def connected(self, now_s: float) -> bool:
@@ -126,6 +129,7 @@ class Vehicle:
             self.refused_numbers += 1
             return False
         self.heard_s = self.heard_at_s[message_id] = now_s
+        self.heard[message_id] += 1
         handler = _HANDLERS.get(message_id)
         if handler is not None:
             handler(self, message, now_s)

@@ -13,6 +13,13 @@ from advise_ros.sim.modes import Mode
 from advise_ros.sim.setpoints import Setpoint
 from advise_ros.sim.vehicle import Vehicle
 
+# What REQUEST_DATA_STREAM is about.
+STREAMED = (
+    mavlink.MAVLINK_MSG_ID_SYS_STATUS, mavlink.MAVLINK_MSG_ID_GPS_RAW_INT, mavlink.MAVLINK_MSG_ID_ATTITUDE,
+    mavlink.MAVLINK_MSG_ID_LOCAL_POSITION_NED, mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT,
+    mavlink.MAVLINK_MSG_ID_EKF_STATUS_REPORT,
+)
+
 
 class ArduCopter(Autopilot):
     """ArduCopter as a companion sees it."""
@@ -21,6 +28,7 @@ class ArduCopter(Autopilot):
         super().__init__(Vehicle(config, rng), parameters.of_arducopter(config), config.system_id)
         self._failsafe = GroundStationFailsafe()
         self._handlers['SET_MODE'] = self._on_set_mode
+        self._handlers['REQUEST_DATA_STREAM'] = self._on_data_stream
         self._commands[mavlink.MAV_CMD_NAV_LAND] = lambda _: self._mode(Mode.LAND)
         self._commands[mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH] = lambda _: self._mode(Mode.RTL)
         self._commands[mavlink.MAV_CMD_RUN_PREARM_CHECKS] = self._prearm_checks
@@ -48,6 +56,17 @@ class ArduCopter(Autopilot):
         command = Command(mavlink.MAVLINK_MSG_ID_SET_MODE, (float(message.base_mode), float(message.custom_mode)))
         result, replies = self._do_set_mode(command)
         return [*replies, ack(command.number, result, message)]
+
+    def _on_data_stream(self, message: Message) -> list[Message]:
+        """The old way to ask for all of them at one rate, as MAVProxy does; it undoes what others asked for."""
+        if message.req_stream_id != mavlink.MAV_DATA_STREAM_ALL:
+            return []
+        for message_id in STREAMED:
+            if message.start_stop and message.req_message_rate:
+                self._streams.set(message_id, round(1e9 / message.req_message_rate), self.vehicle.now_ns)
+            else:
+                self._streams.stop(message_id)
+        return []
 
     def _do_set_mode(self, command: Command) -> tuple[int, list[Message]]:
         flags, number = integer(command.params[0]), integer(command.params[1])

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from advise_ros.mavlink import messages as mav
 from advise_ros.mavlink.requests import Goal
 from advise_ros.sim.arducopter import ArduCopter
 from advise_ros.sim.px4 import Px4
@@ -127,3 +128,22 @@ def test_a_ground_station_failsafe_is_left_alone() -> None:
     flight.run(20.0)
     assert flight.mode == 'RTL'
     assert 'RTL was set by someone else or a failsafe' in flight.status.waiting_for
+
+
+def test_the_rates_that_a_ground_station_asks_for_do_not_last() -> None:
+    flight = SimulatedFlight(Simulated(ArduCopter))
+    flight.until(lambda: flight.status.ready)
+    slow = mav.dialect.MAVLink_request_data_stream_message(1, 1, 0, 4, 1)  # As MAVProxy does every 15 s.
+    flight.copter.receive(slow)
+
+    def positions(seconds: float) -> int:
+        before = flight.companion.vehicle.heard[mav.LOCAL_POSITION_NED]
+        flight.run(seconds)
+        return flight.companion.vehicle.heard[mav.LOCAL_POSITION_NED] - before
+
+    assert positions(1.0) <= 5
+    flight.run(5.0)
+    assert positions(1.0) >= 19
+    asked = sum(message.get_type() == 'COMMAND_LONG' for message in flight.sent)
+    flight.run(20.0)
+    assert sum(message.get_type() == 'COMMAND_LONG' for message in flight.sent) == asked
