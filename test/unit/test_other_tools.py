@@ -9,8 +9,9 @@ import yaml
 from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
 from rosbags.highlevel import AnyReader
+from std_srvs.srv import Trigger
 
-from advise_msgs.srv import AnswerQuery
+from advise_msgs.srv import AnswerQuery, PreviewAnswer
 from advise_ros.recording.messages import Bag
 from advise_ros.ros.topics import RECORDED
 
@@ -44,9 +45,10 @@ def test_the_layout_names_what_there_is() -> None:
     panels = layout['configById']
     assert set(re.findall(r'"((?:\w+|3D)!\w+)"', json.dumps(layout['layout']))) == set(panels)
     topics = {name for panel in panels.values() for name in panel.get('topics', {})}
-    assert {topic.lstrip('/') for topic in topics} <= set(RECORDED)
-    request = json.loads(panels['CallService!answer']['requestPayload'])
-    assert set(request) == set(AnswerQuery.Request.get_fields_and_field_types())
+    assert {topic.lstrip('/') for topic in topics} <= {*RECORDED, 'recorder/track'}
+    for name, service in (('answer', AnswerQuery), ('preview', PreviewAnswer), ('hold', Trigger), ('undo', Trigger)):
+        request = json.loads(panels[f'CallService!{name}']['requestPayload'])
+        assert set(request) == set(service.Request.get_fields_and_field_types())
 
 
 def test_the_workflow_in_the_docs_is_one() -> None:
