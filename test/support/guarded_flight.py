@@ -101,7 +101,7 @@ class Episode:
             step_s = TICK_S / 5
             change = wanted - self.velocity
             for part in (slice(0, 2), slice(2, 3)):  # Thrust and tilt are two things.
-                size = float(np.linalg.norm(change[part]))
+                size = math.hypot(*change[part])
                 if size > self.braking_m_s2 * step_s:
                     change[part] *= self.braking_m_s2 * step_s / size
             self.position = self.position + (self.velocity + change / 2) * step_s
@@ -115,8 +115,9 @@ class Episode:
         self.worst_m = max(self.worst_m, float(high), outside_m(self.fence, (float(at[0]), float(at[1]))))
 
 
-def episode(seed: int, number: int) -> Episode:
-    """Episode `number` of a series: its fence, its vehicle and its links."""
+def episode(seed: int, number: int, late_s: float = POSE_LATE_S + OBEYED_LATE_S) -> Episode:
+    """Episode `number` of a series: its fence, its vehicle and its links, which are late by at most `late_s` together."""
+    share = late_s / (POSE_LATE_S + OBEYED_LATE_S)
     rng = np.random.default_rng([seed, number])
     fence = Fence(corners_from_text(FENCES[number % len(FENCES)]), 2.0, 12.0)
     while True:
@@ -124,6 +125,6 @@ def episode(seed: int, number: int) -> Episode:
         if outside_m(fence, (float(start[0]), float(start[1]))) == 0.0:
             break
     return Episode(
-        rng, fence, np.array([*start, 6.0]), braking_m_s2=rng.uniform(BRAKING_M_S2, 5.0), delay_s=rng.uniform(0.0, OBEYED_LATE_S),
-        pose_period_s=rng.uniform(0.05, 0.2), pose_late_s=rng.uniform(0.0, POSE_LATE_S),
+        rng, fence, np.array([*start, 6.0]), braking_m_s2=rng.uniform(BRAKING_M_S2, 5.0), delay_s=share * rng.uniform(0.0, OBEYED_LATE_S),
+        pose_period_s=rng.uniform(0.05, 0.2), pose_late_s=share * rng.uniform(0.0, POSE_LATE_S),
     )
