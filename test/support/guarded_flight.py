@@ -125,6 +125,7 @@ def episode(seed: int, number: int, late_s: float = POSE_LATE_S + OBEYED_LATE_S)
         if outside_m(fence, (float(start[0]), float(start[1]))) == 0.0:
             break
     return Episode(
-        rng, fence, np.array([*start, 6.0]), braking_m_s2=rng.uniform(BRAKING_M_S2, 5.0), delay_s=share * rng.uniform(0.0, OBEYED_LATE_S),
+        rng, fence, np.array([*start, 6.0]), braking_m_s2=rng.uniform(BRAKING_M_S2, 5.0),
+        delay_s=share * rng.uniform(0.0, OBEYED_LATE_S),
         pose_period_s=rng.uniform(0.05, 0.2), pose_late_s=share * rng.uniform(0.0, POSE_LATE_S),
     )
