@@ -1,9 +1,9 @@
 """What each setting of the paper's figures is worth: one at a time away from its protocol, on tuning seeds.
 
-    ./advise python benchmarks/sensitivity.py [--domain wumpus sailing] [--trials 40] [--seed 0]
+    ./advise python benchmarks/sensitivity.py [--domain wumpus sailing] [--trials 40] [--seed 0] [--jobs 2]
 
 Prints Markdown: performance with 95 % intervals after the number of questions named in the head. Seeds must lie below
-those of the published figures, so that no setting is chosen on them.
+those of the published figures, so that no setting is chosen on them. After an interruption the same command goes on.
 """
 
 from __future__ import annotations
@@ -11,13 +11,16 @@ from __future__ import annotations
 import argparse
 from collections.abc import Iterator
 from dataclasses import replace
+from pathlib import Path
+from typing import NamedTuple
 
-import numpy as np
-
-from advise_ros.experiments.method import METHODS, Protocol
+from advise_ros.core.numerics import Floats
+from advise_ros.experiments.figures import Trials, stored, tasks
+from advise_ros.experiments.method import METHODS, Method, Protocol
 from advise_ros.experiments.protocols import FINAL_SEED, PROTOCOLS
+from advise_ros.experiments.runner import OnCores, Performer, here, run
 from advise_ros.experiments.statistics import estimate
-from advise_ros.experiments.trial import cluster_quality, curves
+from advise_ros.experiments.store import Store
 
 # Of clusters and of single questions: where the curves are far apart.
 POINTS = {'wumpus': (2, 10), 'sailing': (3, 10), 'traffic': (4, 30), 'drone': (3, 30)}
@@ -48,14 +51,26 @@ def variants(protocol: Protocol) -> Iterator[tuple[str, Protocol]]:
         yield f'mistakes in {share:.0%} of the states', replace(protocol, demonstrator=replace(person, mistake_share=share))
 
 
-def row(protocol: Protocol, seeds: range) -> list[str]:
-    """Quality of the clusters, then each column."""
-    methods = tuple(METHODS[name] for name, _ in COLUMNS)
-    found = [curves(protocol, methods, seed) for seed in seeds]
-    cells = [100.0 * np.array([cluster_quality(protocol, METHODS['clustered'], seed) for seed in seeds])]
-    for name, which in COLUMNS:
-        place = protocol.points.index(POINTS[protocol.domain][which])
-        cells.append(np.array([curve[name][place] for curve in found]))
+class Bench(NamedTuple):
+    """Where trials are kept and run."""
+
+    store: Store
+    performer: Performer
+    trials: Trials
+
+    def results(self, kind: str, protocol: Protocol, methods: tuple[Method, ...]) -> Iterator[Floats]:
+        """(trials, ...) of each method."""
+        run(tasks(kind, protocol, methods, self.trials), self.store, self.performer, lambda *_: None)
+        return (stored(self.store, kind, protocol, method, self.trials) for method in methods)
+
+
+def row(protocol: Protocol, bench: Bench) -> list[str]:
+    """Quality of the clusters, then each column; nothing is learnt that no column shows."""
+    points = POINTS[protocol.domain]
+    methods = tuple(replace(METHODS[name], budget=points[which]) for name, which in COLUMNS)
+    (quality,) = bench.results('quality', protocol, (METHODS['clustered'],))
+    curves = bench.results('curves', replace(protocol, points=(0, *points)), methods)
+    cells = [100.0 * quality, *(curve[:, -1] for curve in curves)]
     return [f'{mean:.3g} ± {ci95:.2g}' for mean, ci95, _ in map(estimate, cells)]
 
 
@@ -64,15 +79,19 @@ def main() -> None:
     parser.add_argument('--domain', nargs='+', choices=PROTOCOLS, default=list(PROTOCOLS))
     parser.add_argument('--trials', type=int, default=40)
     parser.add_argument('--seed', type=int, default=0, help='of the first trial; the others follow')
+    parser.add_argument('--jobs', type=int, default=1, help='processes (default %(default)s)')
+    parser.add_argument('--out', type=Path, default=Path('out/sensitivity'), help='trials are kept here (default %(default)s)')
     options = parser.parse_args()
-    seeds = range(options.seed, options.seed + options.trials)
-    if seeds.stop > FINAL_SEED:
+    if options.seed + options.trials > FINAL_SEED:
         parser.error(f'seeds from {FINAL_SEED} on are those of the published figures; choose lower ones')
-    for domain in options.domain:
-        head = [f'{name} ({POINTS[domain][which]})' for name, which in COLUMNS]
-        print(f'\n| {domain} | quality [%] | {" | ".join(head)} |\n| --- |{" --- |" * (1 + len(COLUMNS))}', flush=True)
-        for name, protocol in variants(PROTOCOLS[domain]):
-            print(f'| {name} | {" | ".join(row(protocol, seeds))} |', flush=True)
+    performer = OnCores(options.jobs) if options.jobs > 1 else here
+    with Store(options.out / 'trials.jsonl') as store:
+        bench = Bench(store, performer, Trials(options.trials, options.seed))
+        for domain in options.domain:
+            head = [f'{name} ({POINTS[domain][which]})' for name, which in COLUMNS]
+            print(f'\n| {domain} | quality [%] | {" | ".join(head)} |\n| --- |{" --- |" * (1 + len(COLUMNS))}', flush=True)
+            for name, protocol in variants(PROTOCOLS[domain]):
+                print(f'| {name} | {" | ".join(row(protocol, bench))} |', flush=True)
 
 
 if __name__ == '__main__':
