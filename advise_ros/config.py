@@ -184,7 +184,7 @@ class AdviseConfig:
     slip: float = param(0.0, 'probability that a move goes elsewhere in the transition model', low=0.0, high=0.9)
     solver: str = param(
         'auto', 'solver of the program: by size (auto), or one; cvxpy is the readable reference',
-        choices=('auto', 'highs', 'piqp', 'qoco', 'clarabel', 'interior', 'cvxpy'),
+        choices=('auto', 'highs', 'piqp', 'qoco', 'clarabel', 'interior', 'interior-cholmod', 'cvxpy'),
     )
     seed: int = param(0, SEED_DOC, low=0, high=2**31 - 1)
 

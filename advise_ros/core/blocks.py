@@ -4,9 +4,10 @@
     s = G v - xi,                  xi + c = cap,                    s, c >= 0
     s = H v - delta - zeta + eta,  zeta + c_zeta = cap,             s, zeta, c_zeta, eta >= 0
 
-All of them lie in one vector x, their multipliers in another, z. With d = z / x a step fulfils d dx + dz = aim for
+All of them lie in one vector x, their multipliers in another, z. With d = z / x a step fulfils d dx + dz = aim z for
 an aim that the method chooses, so eliminating a block is the arithmetic of springs: theta is the stiffness of a
-reward, and the rows of a margin are a star (`stars.py`).
+reward, and the rows of a margin are a star (`stars.py`). Changes of x and z are told in shares of x and z: how far
+a step can go is then read off, and dz is aim - dx.
 """
 
 from __future__ import annotations
@@ -15,15 +16,19 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
+from scipy import sparse
 
 from advise_ros.core.certificate import Duals
 from advise_ros.core.elimination import System, structure_of
+from advise_ros.core.factors import Factors
 from advise_ros.core.numerics import Floats
 from advise_ros.core.program import Problem
-from advise_ros.core.stars import stars_of
+from advise_ros.core.stars import Stars, stars_of
 
 # The start's room between the margin and its rows, and the least multiplier.
 ROOM, LEAST = 0.3, 1.0
+# Rows start with this share of what would leave them and their cap alike: flows then start near balance.
+LIGHT = 0.2
 
 
 class Point(NamedTuple):
@@ -35,7 +40,7 @@ class Point(NamedTuple):
 
 
 class Direction(NamedTuple):
-    """Changes of v, x and z."""
+    """Changes of v, and of x and z in shares of what they are."""
 
     v: Floats
     x: Floats
@@ -69,17 +74,20 @@ class Weights(NamedTuple):
     """What all directions of one step share.
 
     Attributes:
-        d: z / x.
-        theta, half: (n,) stiffness of each reward, and four times what p + q + u resist together.
+        x_inverse, z, d: 1 / x, z and z / x.
+        half, lean: (n,) half of what p + q + u resist together, and how p and q differ in it.
         bound: (|S|,) what zeta and its cap resist.
-        star: (stars,) what the rows of a star and what bounds its margin resist together.
+        ground, star: (stars,) what bounds the margin of a star resists, and that together with its rows.
         residual: (n,) what the dual equation of v lacks.
     """
 
+    x_inverse: Floats
+    z: Floats
     d: Floats
-    theta: Floats
     half: Floats
+    lean: Floats
     bound: Floats
+    ground: Floats
     star: Floats
     residual: Floats
 
@@ -89,12 +97,15 @@ class Blocks:
 
     Args:
         problem: with elastic advice, or without advice.
+        factors: for the pattern of its process.
     """
 
-    def __init__(self, problem: Problem) -> None:
+    def __init__(self, problem: Problem, factors: Factors) -> None:
         self._problem = problem
         self._stars = stars_of(problem, structure_of(problem.mdp).edge)
-        self._system = System(problem)
+        self._system = System(problem, factors)
+        self._rows = _rows(problem, self._stars)
+        self._columns = self._rows.T.tocsr()
         self._n_shown = self._stars.n_demonstrated
         self._capped = np.flatnonzero(np.isfinite(self._stars.caps))
         n, advised = problem.mdp.n_states, len(self._stars.start) - self._n_shown
@@ -113,11 +124,12 @@ class Blocks:
         x[at.zeta] = x[at.c_zeta] = cap / 2.0
         x[at.eta] = cap / 2.0 + terms.delta + ROOM
         rows = np.bincount(stars.owner, minlength=len(stars.start))
-        of_row = lambda_t / (rows[: self._n_shown] + np.isfinite(stars.caps))
+        shown, capped = rows[: self._n_shown], np.isfinite(stars.caps)
+        of_row = np.where(capped, LIGHT, 1.0) * lambda_t / (shown + capped)
         mean = max(LEAST, lambda_t / (3.0 / ROOM + 1.0 / (cap + ROOM)))
         z[at.u] = mean * 3.0 / terms.r_max
         z[at.p] = z[at.q] = 1.0 + z[at.u]
-        z[at.c] = of_row[self._capped]
+        z[at.c] = (lambda_t - shown * of_row)[self._capped]
         asked = self._start_of_advice(z, mean)
         z[at.s] = np.concatenate([of_row, np.full(len(rows) - self._n_shown, asked) / rows[self._n_shown :]])[stars.owner]
         return Point(np.zeros(self._problem.mdp.n_states), x, z)
@@ -129,7 +141,7 @@ class Blocks:
             asked = (terms.lambda_a + terms.slack_cost) / 2.0
             z[at.zeta], z[at.eta] = asked - terms.lambda_a, terms.slack_cost - asked
             return asked
-        asked = terms.slack_cost / 2.0
+        asked = LIGHT * terms.slack_cost / 2.0
         z[at.zeta] = max(mean * 2.0 / terms.cap, LEAST + asked - terms.lambda_a)
         z[at.c_zeta] = z[at.zeta] + terms.lambda_a - asked
         z[at.eta] = terms.slack_cost - asked
@@ -159,49 +171,63 @@ class Blocks:
         Raises:
             AdviseError: it cannot be factored.
         """
-        at, stars, d = self._at, self._stars, point.z / point.x
+        at, stars, x_inverse = self._at, self._stars, 1.0 / point.x
+        d = point.z * x_inverse
         d_p, d_q, d_u = d[at.p], d[at.q], d[at.u]
-        half = d_p + d_q + 4.0 * d_u
-        theta = (d_p * d_q + d_u * (d_p + d_q)) / half
+        both = d_p + d_q
+        half = (both + 4.0 * d_u) / 2.0
+        theta = (d_p * d_q + d_u * both) / (2.0 * half)
         bound = self._with_cap(d[at.zeta], d[at.c_zeta])
         ground = self._of_stars(d[at.c], bound * d[at.eta] / (bound + d[at.eta]))
         star = stars.total(d[at.s]) + ground
         self._system.factor(theta, stars.weights(d[at.s], ground, star))
-        return Weights(d, theta, half, bound, star, self._residual(point))
+        return Weights(
+            x_inverse, point.z, d, half, (d_p - d_q) / (2.0 * half), bound, ground, star, self._residual(point)
+        )
 
     def _residual(self, point: Point) -> Floats:
         flow = (point.z[self._at.p] - point.z[self._at.q]) / 2.0
-        return -self._pull(flow, point.z[self._at.s])
+        return -(self._columns @ np.concatenate([flow, point.z[self._at.s]]))
 
-    def _pull(self, flow: Floats, of_rows: Floats) -> Floats:
-        """(I - gamma Pbar)' y + G' w + H' z."""
-        of_pairs = self._stars.pairs.weighted(self._problem.mdp, of_rows)
-        return self._problem.backup_transposed(flow) + of_pairs
-
-    def direction(self, weights: Weights, aim: Floats, residual: Floats) -> Direction:
-        """The changes with d dx + dz = aim that take the residual away."""
-        at, stars, d, problem = self._at, self._stars, weights.d, self._problem
-        uneven = d[at.p] - d[at.q]
-        together = 2.0 * (aim[at.p] + aim[at.q] - 2.0 * aim[at.u]) / weights.half
-        flow = (aim[at.p] - aim[at.q] - uneven * together / 2.0) / 2.0
-        room, d_eta = self._with_cap(aim[at.zeta], -aim[at.c_zeta]), d[at.eta]
-        advice = (weights.bound * aim[at.eta] - d_eta * room) / (weights.bound + d_eta)
-        pull = stars.total(aim[at.s]) + self._of_stars(aim[at.c], advice)
-        v = self._system.solve(
-            self._pull(flow, aim[at.s] - d[at.s] * (pull / weights.star)[stars.owner]) - residual
-        )
-        reward, rows = problem.backup(v), stars.pairs.margins(problem.mdp.expected(v))
+    def direction(self, weights: Weights, aim: Floats | float, residual: Floats | None = None) -> Direction:
+        """The changes with d dx + dz = aim z that take the residual away."""
+        at, stars, d = self._at, self._stars, weights.d
+        n = at.p.stop
+        wanted = aim * weights.z
+        together = wanted[at.p] + wanted[at.q]
+        together -= 2.0 * wanted[at.u]
+        together /= weights.half
+        room, d_eta = self._with_cap(wanted[at.zeta], -wanted[at.c_zeta]), d[at.eta]
+        advice = (weights.bound * wanted[at.eta] - d_eta * room) / (weights.bound + d_eta)
+        of_bounds = self._of_stars(wanted[at.c], advice)
+        pull = stars.total(wanted[at.s]) + of_bounds
+        force = np.empty(n + len(stars.owner))
+        np.subtract(wanted[at.p], wanted[at.q], out=force[:n])
+        force[:n] -= weights.lean * together * weights.half
+        force[:n] /= 2.0
+        np.multiply(d[at.s], stars.spread(pull / weights.star), out=force[n:])
+        np.subtract(wanted[at.s], force[n:], out=force[n:])
+        right = self._columns @ force
+        if residual is not None:
+            right -= residual
+        v = self._system.solve(right)
+        moved = self._rows @ v
+        reward, rows = moved[:n], moved[n:]
         margin = (stars.total(d[at.s] * rows) - pull) / weights.star
         x = np.empty(at.eta.stop)
-        together -= uneven * reward / weights.half
-        x[at.p], x[at.q], x[at.u] = (together + reward) / 2.0, (together - reward) / 2.0, -together
-        x[at.s] = rows - margin[stars.owner]
+        together -= weights.lean * reward
+        np.add(together, reward, out=x[at.p])
+        np.subtract(together, reward, out=x[at.q])
+        x[: at.u.start] /= 2.0
+        np.negative(together, out=x[at.u])
+        np.subtract(rows, stars.spread(margin), out=x[at.s])
         x[at.c] = -margin[self._capped]
-        asked = stars.total(aim[at.s] - d[at.s] * x[at.s])[self._n_shown :]
+        asked = -(of_bounds + margin * weights.ground)[self._n_shown :]
         x[at.zeta] = (room - asked) / weights.bound
         x[at.c_zeta] = -x[at.zeta][: at.c_zeta.stop - at.c_zeta.start]
-        x[at.eta] = (asked + aim[at.eta]) / d_eta
-        return Direction(v, x, aim - d * x)
+        x[at.eta] = (asked + wanted[at.eta]) / d_eta
+        x *= weights.x_inverse
+        return Direction(v, x, aim - x)
 
     def _with_cap(self, of_zeta: Floats, of_cap: Floats) -> Floats:
         """The sum where zeta has a cap."""
@@ -213,3 +239,9 @@ class Blocks:
         whole[self._capped] = of_caps
         whole[self._n_shown :] = of_advice
         return whole
+
+
+def _rows(problem: Problem, stars: Stars) -> sparse.csr_array:
+    """(n + m, n) what turns v into rewards and then into margins."""
+    rewards = sparse.eye_array(problem.mdp.n_states, format='csr') - problem.mdp.gamma * problem.mixed
+    return sparse.vstack([rewards, stars.pairs.differences(problem.mdp)], format='csr')

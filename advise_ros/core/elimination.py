@@ -5,21 +5,19 @@ With everything but v eliminated a step solves K dv = b with
     K = E' Theta E + sum over states of weights times (P_a - P_b)' (P_a - P_b),    E = I - gamma Pbar.
 
 Where K has entries depends on the process alone, not on evidence or weights. So `Structure` is made once for a
-process, and each K is two products of a sparse matrix with the weights. Factors are by QDLDL, whose ordering and
-symbolic factor are kept from step to step.
+process, and each K is two products of a sparse matrix with the weights. Its factors are of `factors.py`.
 """
 
 from __future__ import annotations
 
-import importlib
-from typing import Any, NamedTuple
+from typing import NamedTuple
 from weakref import WeakKeyDictionary
 
 import numpy as np
 import numpy.typing as npt
 from scipy import sparse
 
-from advise_ros.core.errors import AdviseError, InputError
+from advise_ros.core.factors import Factors, Pattern
 from advise_ros.core.mdp import Mdp
 from advise_ros.core.numerics import Floats, Ints
 from advise_ros.core.program import Problem
@@ -55,7 +53,7 @@ class Structure(NamedTuple):
         own: products of the rows of E.
         edges: (nnz, n * n_edges) K's entries from the weights of pairs of actions, edge after edge.
         edge: (n_actions, n_actions) number of each pair of actions.
-        indptr, indices: of K's upper triangle, by column.
+        pattern: of K's upper triangle.
         diagonal: (n,) positions of the diagonal.
     """
 
@@ -65,8 +63,7 @@ class Structure(NamedTuple):
     own: Outer
     edges: sparse.csr_array
     edge: Ints
-    indptr: Shorts
-    indices: Shorts
+    pattern: Pattern
     diagonal: Ints
 
 
@@ -103,7 +100,8 @@ def _structure(mdp: Mdp) -> Structure:
     ]
     return Structure(
         row, outcome, stay, own, sparse.hstack(each, format='csr'), edge,
-        np.searchsorted(columns, np.arange(n + 1)).astype(SHORT), rows.astype(SHORT), np.flatnonzero(rows == columns),
+        Pattern(np.searchsorted(columns, np.arange(n + 1)).astype(SHORT), rows.astype(SHORT)),
+        np.flatnonzero(rows == columns),
     )
 
 
@@ -144,38 +142,24 @@ def _edge(
     return sparse.coo_array((product[kept], (which[kept], row[left[kept]])), shape=shape).tocsr()
 
 
-def _qdldl() -> Any:
-    try:
-        return importlib.import_module('qdldl')
-    except ImportError:
-        raise InputError("solver 'interior' needs qdldl; run 'pip install qdldl' or choose solver 'highs'") from None
-
-
 class System:
     """K of one problem: made, factored and solved as often as wanted.
 
     Args:
         problem: whose K it is.
-
-    Raises:
-        InputError: QDLDL is not installed.
+        factors: for the pattern of its process.
     """
 
-    def __init__(self, problem: Problem) -> None:
-        n = problem.mdp.n_states
+    def __init__(self, problem: Problem, factors: Factors) -> None:
         self._structure = structure = structure_of(problem.mdp)
         rows = -problem.mdp.gamma * np.einsum('ak,ka->k', structure.outcome, problem.shares[structure.row])
         rows[structure.stay] += 1.0
         own = structure.own
         self._own = sparse.csr_array(
-            (rows[own.left] * rows[own.right], own.row, own.start), shape=(len(structure.indices), n)
+            (rows[own.left] * rows[own.right], own.row, own.start),
+            shape=(len(structure.pattern.indices), problem.mdp.n_states),
         )
-        self._matrix = sparse.csc_matrix(
-            (np.zeros(len(structure.indices)), structure.indices, structure.indptr),
-            shape=(n, n),
-        )
-        self._qdldl = _qdldl()
-        self._factor: Any = None
+        self._factors = factors
 
     def factor(self, theta: Floats, edges: Floats) -> None:
         """Take new weights: theta (n,) and those of the pairs of actions, (n_edges * n,).
@@ -183,18 +167,11 @@ class System:
         Raises:
             AdviseError: K is not positive definite in floating point.
         """
-        data = self._matrix.data
-        data[:] = self._own @ theta + self._structure.edges @ edges
+        data = self._own @ theta
+        data += self._structure.edges @ edges
         data[self._structure.diagonal] += REGULARISATION
-        try:
-            if self._factor is None:
-                self._factor = self._qdldl.Solver(self._matrix, upper=True)
-            else:
-                self._factor.update(self._matrix, upper=True)
-        except (RuntimeError, ValueError) as problem:
-            raise AdviseError(f'the interior-point system cannot be factored: {problem}') from None
+        self._factors.factor(data)
 
     def solve(self, right: Floats) -> Floats:
         """(n,) dv of the newest weights."""
-        solution: Floats = self._factor.solve(right)
-        return solution
+        return self._factors.solve(right)

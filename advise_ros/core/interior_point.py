@@ -3,7 +3,7 @@
 Of each state the reward, the margin with its rows and cap, and the slack are local: given dv they follow by
 themselves, so they are eliminated by hand (`blocks.py`), and what is left is `elimination.System`. A step is
 Mehrotra's predictor and corrector, then some of Gondzio's (1996) centrality correctors, each taken with the
-weight that lets the step go furthest (Colombo & Gondzio 2008): they cost a solve, and save factors.
+weight that lets the step go furthest (Colombo & Gondzio 2008): they cost a solve each, and save factors.
 
 The start needs no solve. Only the dual equation of v is not fulfilled there, and each step shrinks what is left.
 """
@@ -16,7 +16,9 @@ import numpy as np
 
 from advise_ros.core.blocks import Blocks, Direction, Point, Weights
 from advise_ros.core.certificate import certified
+from advise_ros.core.elimination import structure_of
 from advise_ros.core.errors import AdviseError, InputError
+from advise_ros.core.factors import QDLDL, factors
 from advise_ros.core.numerics import Floats
 from advise_ros.core.program import EXACT, Problem, Solution
 
@@ -24,7 +26,7 @@ STEPS = 150
 # How far towards the boundary a step goes.
 STEP_SHARE = 0.995
 # A longer step than this needs no more correctors, of which there are at most so many.
-LONG, CORRECTORS = 0.9, 3
+LONG, CORRECTORS = 0.9, 2
 # What a corrector aims at: a longer step by this much, products within these factors of their target.
 LONGER, SPREAD = 0.4, 10.0
 SHARES_OF_CORRECTOR = (1.0, 0.6, 0.3)
@@ -41,20 +43,26 @@ class Reach(NamedTuple):
     z: float
 
 
-def solve(problem: Problem, gap: float = EXACT) -> Solution:
+def solve(problem: Problem, gap: float = EXACT, kind: str = QDLDL) -> Solution:
     """An optimum in the relative interior of all optima, or as near as floating point leads.
 
     Args:
         problem: with elastic advice, or without advice.
         gap: proven relative gap at which to stop.
+        kind: of the factors, a key of `factors.KINDS`.
 
     Raises:
-        InputError: the advice is strict.
+        InputError: the advice is strict, or the package of the factors is missing.
         AdviseError: not even a first step can be made.
     """
+    name = 'interior' if kind == QDLDL else f'interior-{kind}'
     if problem.terms.strict and len(problem.advised):
-        raise InputError("solver 'interior' needs elastic advice; set slack_cost above 0 or use solver 'highs'")
-    blocks = Blocks(problem)
+        raise InputError(f"solver '{name}' needs elastic advice; set slack_cost above 0 or use solver 'highs'")
+    with factors(problem.mdp, structure_of(problem.mdp).pattern, kind) as kept:
+        return _solve(problem, Blocks(problem, kept), gap, name)
+
+
+def _solve(problem: Problem, blocks: Blocks, gap: float, name: str) -> Solution:
     point, best = blocks.start(), None
     for _ in range(STEPS):
         moved = _step(blocks, point)
@@ -62,10 +70,10 @@ def solve(problem: Problem, gap: float = EXACT) -> Solution:
             break
         point = moved
         if blocks.estimated_gap(point) <= gap:
-            best = _better(best, certified(problem, point.v, blocks.duals(point), 'interior'))
+            best = _better(best, certified(problem, point.v, blocks.duals(point), name))
             if best.gap <= gap:
                 return best
-    return _better(best, certified(problem, point.v, blocks.duals(point), 'interior'))
+    return _better(best, certified(problem, point.v, blocks.duals(point), name))
 
 
 def _better(one: Solution | None, other: Solution) -> Solution:
@@ -82,30 +90,47 @@ def _step(blocks: Blocks, point: Point) -> Point | None:
         weights = blocks.weigh(point)
     except AdviseError:
         return None
-    mean = _mean(point.x, point.z)
-    predicted = blocks.direction(weights, -point.z, weights.residual)
-    reach = _reach(point, predicted)
-    left = _mean(point.x + reach.x * predicted.x, point.z + reach.z * predicted.z)
-    aim = (left / mean) ** 3 * mean
-    second = (aim - predicted.x * predicted.z) / point.x - point.z
+    products = point.x * point.z
+    mean = products.mean()
+    predicted = blocks.direction(weights, -1.0, weights.residual)
+    left = _products_after(products, predicted, _reach(predicted)).mean()
+    aim = float((left / mean) ** 3 * mean)
+    second = aim / products
+    second -= predicted.x * predicted.z
+    second -= 1.0
     direction = blocks.direction(weights, second, weights.residual)
-    direction, reach = _centred(blocks, weights, point, direction, aim)
+    direction, reach = _centred(blocks, weights, products, direction, aim)
     if not np.isfinite(direction.v).all() or max(reach) < STUCK:
         return None
     go_x, go_z = min(1.0, STEP_SHARE * reach.x), min(1.0, STEP_SHARE * reach.z)
-    return Point(point.v + go_x * direction.v, point.x + go_x * direction.x, point.z + go_z * direction.z)
+    return Point(
+        point.v + go_x * direction.v, _scaled(go_x, direction.x, point.x), _scaled(go_z, direction.z, point.z)
+    )
+
+
+def _scaled(go: float, change: Floats, value: Floats) -> Floats:
+    """The value after so much of a relative change."""
+    after = go * change
+    after += 1.0
+    after *= value
+    return after
+
+
+def _products_after(products: Floats, direction: Direction, go: Reach) -> Floats:
+    """x z after a step."""
+    return _scaled(go.x, direction.x, _scaled(go.z, direction.z, products))
 
 
 def _centred(
-    blocks: Blocks, weights: Weights, point: Point, direction: Direction, aim: float,
+    blocks: Blocks, weights: Weights, products: Floats, direction: Direction, aim: float,
 ) -> tuple[Direction, Reach]:
     """The direction, corrected as long as that lengthens the step."""
-    reach = _reach(point, direction)
+    reach = _reach(direction)
     for _ in range(CORRECTORS):
         if min(reach) > LONG:
             break
-        corrector = blocks.direction(weights, _aim(point, direction, reach, aim), np.zeros_like(point.v))
-        share, further = _best_share(point, direction, corrector)
+        corrector = blocks.direction(weights, _aim(products, direction, reach, aim))
+        share, further = _best_share(direction, corrector)
         if further.x * further.z <= reach.x * reach.z:
             break
         before, direction, reach = reach, direction.plus(corrector, share), further
@@ -114,37 +139,31 @@ def _centred(
     return direction, reach
 
 
-def _aim(point: Point, direction: Direction, reach: Reach, aim: float) -> Floats:
-    """What the products x z then lack of `aim` after a longer step, divided by x."""
-    x = point.x + min(1.0, reach.x + LONGER) * direction.x
-    products = x * (point.z + min(1.0, reach.z + LONGER) * direction.z)
-    lacking: Floats = np.clip(products, aim / SPREAD, aim * SPREAD)
-    lacking -= products
+def _aim(products: Floats, direction: Direction, reach: Reach, aim: float) -> Floats:
+    """What the products then lack of `aim` after a longer step, in shares of what they are."""
+    longer = Reach(min(1.0, reach.x + LONGER), min(1.0, reach.z + LONGER))
+    after = _products_after(products, direction, longer)
+    lacking: Floats = np.clip(after, aim / SPREAD, aim * SPREAD)
+    lacking -= after
     np.maximum(lacking, -aim * SPREAD, out=lacking)
-    lacking /= point.x
+    lacking /= products
     return lacking
 
 
-def _best_share(point: Point, direction: Direction, corrector: Direction) -> tuple[float, Reach]:
+def _best_share(direction: Direction, corrector: Direction) -> tuple[float, Reach]:
     """How much of the corrector leads furthest."""
-    x, z = direction.x / point.x, direction.z / point.z
-    more_x, more_z = corrector.x / point.x, corrector.z / point.z
     reaches = [
-        (share, Reach(_until(x + share * more_x), _until(z + share * more_z))) for share in SHARES_OF_CORRECTOR
+        (share, Reach(_until(direction.x + share * corrector.x), _until(direction.z + share * corrector.z)))
+        for share in SHARES_OF_CORRECTOR
     ]
     return max(reaches, key=lambda one: one[1].x * one[1].z)
 
 
-def _reach(point: Point, direction: Direction) -> Reach:
-    return Reach(_until(direction.x / point.x), _until(direction.z / point.z))
+def _reach(direction: Direction) -> Reach:
+    return Reach(_until(direction.x), _until(direction.z))
 
 
 def _until(relative: Floats) -> float:
     """The step, at most 1, at which the first of the variables that change by so much of themselves is 0."""
     least = float(relative.min())
     return min(1.0, -1.0 / least) if least < 0.0 else 1.0
-
-
-def _mean(x: Floats, z: Floats) -> float:
-    # Not by BLAS, whose threads cost more here than they save.
-    return float(np.einsum('i,i', x, z)) / len(x)

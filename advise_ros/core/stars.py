@@ -39,7 +39,7 @@ class Stars(NamedTuple):
         mdp: the process.
         pairs: (m,) the rows.
         owner: (m,) number of each row's star.
-        start: (stars,) the first row of each.
+        start, lengths: (stars,) the first row of each, and how many there are.
         n_demonstrated, rows_demonstrated: how many stars and rows belong to demonstrated states.
         shown: rows of `Problem.demonstration_pairs` that are kept.
         caps: (n_demonstrated,).
@@ -50,6 +50,7 @@ class Stars(NamedTuple):
     pairs: Pairs
     owner: Ints
     start: Ints
+    lengths: Ints
     n_demonstrated: int
     rows_demonstrated: int
     shown: Ints
@@ -60,6 +61,10 @@ class Stars(NamedTuple):
     def total(self, of_rows: Floats) -> Floats:
         """(stars,) sums over the rows of each star."""
         return np.add.reduceat(of_rows, self.start) if len(self.start) else np.zeros(0)
+
+    def spread(self, of_stars: Floats) -> Floats:
+        """(m,) for each row what its star has."""
+        return np.repeat(of_stars, self.lengths)
 
     def weights(self, d: Floats, d_0: Floats, total: Floats) -> Floats:
         """(n_edges * n,) of all pairs of actions, from those of the rows (m,), of what bounds, and of both (stars,)."""
@@ -85,7 +90,7 @@ def stars_of(problem: Problem, edge: Ints) -> Stars:
     owner = np.cumsum(first) - 1
     caps = problem.caps[np.searchsorted(problem.demonstrated, shown.states[start[:n_demonstrated]])]
     return Stars(
-        mdp, pairs, owner, start, n_demonstrated, len(shown.states), kept, caps,
+        mdp, pairs, owner, start, np.diff(start, append=len(owner)), n_demonstrated, len(shown.states), kept, caps,
         edge[pairs.better, pairs.worse] * mdp.n_states + pairs.states, _mesh(mdp, pairs, start, edge),
     )
 
@@ -97,23 +102,38 @@ def _is_first(states: Ints) -> Ints:
 def _mesh(mdp: Mdp, pairs: Pairs, start: Ints, edge: Ints) -> Mesh:
     """h_one - h_other of every two rows of a star is a sum of signed outcomes, and its square one of signed edges."""
     one, other = _two_of_each(start, len(pairs.states))
+    same = pairs.better[one] == pairs.better[other]  # As in all demonstrated states: one edge, of those avoided.
+    near, far = np.flatnonzero(same), np.flatnonzero(~same)
+    between = edge[pairs.worse[one[near]], pairs.worse[other[near]]] * mdp.n_states + pairs.states[one[near]]
+    edges, which, signs = _signed(mdp, pairs, (one, other, far), edge)
+    return Mesh(
+        one, other, np.concatenate([between, edges]), np.concatenate([near, which]),
+        np.concatenate([np.ones(len(near)), signs]),
+    )
+
+
+def _signed(
+    mdp: Mdp, pairs: Pairs, rows: tuple[Ints, Ints, Ints], edge: Ints,
+) -> tuple[Ints, Ints, Floats]:
+    """Edges, which two rows they belong to, and signs, of those twos that share no preferred action."""
+    one, other, far = rows
     edges, which, signs = [], [], []
     # (a - b) - (c - d): for a vector that sums to 0, the square is the sum of -u_k u_l over its edges.
     a, b, c, d = pairs.better[one], pairs.worse[one], pairs.better[other], pairs.worse[other]
     for x, y, sign in ((a, b, 1.0), (a, c, 1.0), (a, d, -1.0), (b, c, -1.0), (b, d, 1.0), (c, d, 1.0)):
-        real = np.flatnonzero(x != y)
+        real = far[x[far] != y[far]]
         edges.append(edge[x[real], y[real]] * mdp.n_states + pairs.states[one[real]])
         which.append(real)
         signs.append(np.full(len(real), sign))
-    return _merged(one, other, np.concatenate(edges), np.concatenate(which), np.concatenate(signs))
+    return _merged(np.concatenate(edges), np.concatenate(which), np.concatenate(signs))
 
 
-def _merged(one: Ints, other: Ints, edge: Ints, which: Ints, sign: Floats) -> Mesh:
-    """The mesh without what cancels, as where two rows share an action."""
+def _merged(edge: Ints, which: Ints, sign: Floats) -> tuple[Ints, Ints, Floats]:
+    """Without what cancels, as where two rows share an action."""
     _, index, back = np.unique(np.stack([which, edge]), axis=1, return_index=True, return_inverse=True)
     total = np.bincount(back, sign, len(index))
     kept = index[total != 0.0]
-    return Mesh(one, other, edge[kept], which[kept], total[total != 0.0])
+    return edge[kept], which[kept], total[total != 0.0]
 
 
 def _two_of_each(start: Ints, n_rows: int) -> tuple[Ints, Ints]:

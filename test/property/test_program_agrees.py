@@ -17,7 +17,7 @@ from advise_ros.core.program import Evidence, InfeasibleError, Preference, Probl
 from advise_ros.core.solve import SOLVERS, solve
 
 RELATIVE = 1e-6
-ELASTIC_ONLY = {'qoco', 'interior'}
+ELASTIC_ONLY = {'qoco', 'interior', 'interior-cholmod'}
 Solver = Callable[[Problem], Solution]
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy import sparse
 
-from advise_ros.core import elimination, highs, packaged
+from advise_ros.core import elimination, factors, highs, packaged
 from advise_ros.core import solve as solvers
 from advise_ros.core.certificate import Duals, certified
 from advise_ros.core.contradictions import preferences
@@ -34,6 +34,13 @@ def problem_of(answers: Iterable[int] = (0, 1, 2), grid: Grid = GRID, terms: Ter
     return pose(mdp_of(grid, 0.1, 0.95), Evidence(favourite, preferences(records)), terms or Terms())
 
 
+def forget() -> None:
+    """Nothing is remembered of any process."""
+    elimination._structures.clear()
+    for kept in factors._idle.values():
+        kept.clear()
+
+
 def bytes_of(solution: Solution) -> list[object]:
     return [part.tobytes() if isinstance(part, np.ndarray) else part for part in solution]
 
@@ -52,7 +59,7 @@ def test_an_answer_taken_back_leaves_no_trace(name: str) -> None:
     before = bytes_of(solve(problem_of((0, 1)), name))
     solve(problem_of((0, 1, 2)), name)
     assert bytes_of(solve(problem_of((0, 1)), name)) == before
-    elimination._structures.clear()
+    forget()
     assert bytes_of(solve(problem_of((1, 0)), name)) == before
 
 
@@ -80,7 +87,7 @@ def test_size_chooses_the_solver(monkeypatch: pytest.MonkeyPatch) -> None:
     assert order(small)[0] == 'highs'
     assert order(problem_of())[0] == 'piqp'
     monkeypatch.setattr(solvers, 'LARGE', 100)
-    assert order(problem_of())[0] == 'interior'
+    assert order(problem_of())[:2] == ('interior-cholmod', 'interior')
     assert order(problem_of(terms=Terms(slack_cost=0.0)))[0] == 'piqp'
     monkeypatch.setattr(solvers, 'FEW_OUTCOMES', 1)
     assert order(problem_of())[0] == 'piqp'
@@ -108,16 +115,43 @@ def test_where_one_solver_proves_nothing_the_next_is_asked(monkeypatch: pytest.M
 
 def test_what_cannot_be_asked_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     strict = problem_of(terms=Terms(slack_cost=0.0))
-    for name in ('interior', 'qoco'):
+    for name in ('interior', 'interior-cholmod', 'qoco'):
         with pytest.raises(InputError, match=f"'{name}' needs elastic advice; set slack_cost above 0 or use solver 'highs'"):
             solve(strict, name)
     with pytest.raises(InputError, match="solver 'abacus' is unknown; choose auto, highs, piqp"):
         solve(strict, 'abacus')
+    forget()
     monkeypatch.setattr(packaged.importlib, 'import_module', _missing)
     with pytest.raises(InputError, match="solver 'piqp' is not installed; run 'pip install piqp' or choose solver 'highs'"):
         solve(strict, 'piqp')
-    with pytest.raises(InputError, match="solver 'interior' needs qdldl"):
+    with pytest.raises(InputError, match="solver 'interior' needs qdldl; run 'pip install qdldl' or choose"):
         solve(problem_of(), 'interior')
+    with pytest.raises(InputError, match="solver 'interior-cholmod' needs cvxopt; run 'pip install cvxopt' or choose"):
+        solve(problem_of(), 'interior-cholmod')
+
+
+def test_without_cvxopt_auto_takes_the_factors_that_are_there_and_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(solvers, 'LARGE', 100)
+    assert solve(problem_of()).solver == 'interior-cholmod'
+    forget()
+    real = factors.importlib.import_module
+    monkeypatch.setattr(factors.importlib, 'import_module', lambda name: _missing(name) if 'cvxopt' in name else real(name))
+    assert solve(problem_of()).solver == 'interior'
+
+
+@pytest.mark.parametrize('kind', factors.KINDS)
+def test_factors_of_what_is_not_positive_definite_are_refused_and_the_next_are_right(kind: str) -> None:
+    pattern = factors.Pattern(np.array([0, 1, 3], dtype=np.int32), np.array([0, 0, 1], dtype=np.int32))
+    process = Mdp(sparse.csr_array(np.eye(2)), 0.9)
+    with factors.factors(process, pattern, kind) as kept:
+        with pytest.raises(AdviseError, match='cannot be factored'):
+            kept.factor(np.zeros(3))
+        kept.factor(np.array([4.0, 1.0, 2.0]))
+        assert kept.solve(np.array([1.0, 2.0])) == pytest.approx([0.0, 1.0])
+        # Whoever comes meanwhile has factors of their own.
+        with factors.factors(process, pattern, kind) as others:
+            others.factor(np.array([1.0, 0.0, 1.0]))
+        assert kept.solve(np.array([1.0, 2.0])) == pytest.approx([0.0, 1.0])
 
 
 def _missing(name: str) -> None:
