@@ -20,6 +20,7 @@ from advise_ros.demo.supervisor import Child, Supervisor, executable
 from advise_ros.demo.trials import TrialPool, trial_settings
 from advise_ros.recording.gridfile import load_grid
 from advise_ros.report import page
+from advise_ros.ros import environment
 from advise_ros.ros.run import OK, VERDICT_NO, exit_now, fail
 from advise_ros.settings import learn_settings
 
@@ -171,6 +172,7 @@ def main() -> None:
     """Entry point of `demo`."""
     try:
         options = parse()
+        environment.check()
         code = run(options, DemoConsole())
     except InputError as problem:
         code = fail(str(problem))

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from rclpy.utilities import remove_ros_args
 
 from advise_ros.core.errors import InputError
+from advise_ros.ros import environment
 
 # "Couldn't parse remap rule: '-r __ns:=drone1'. Error: ..., at FILE:LINE" in rcl's words.
 RULE = re.compile(r"Couldn't parse (?P<kind>[a-z ]+): '(?P<rule>.*)'\. Error: (?P<why>.*?)(?:\n|, at /|$)", re.DOTALL)
@@ -23,8 +24,10 @@ def without_ros(args: Sequence[str]) -> list[str]:
     """What is left of a command line (program name not included) when ROS has taken its arguments.
 
     Raises:
-        InputError: rcl cannot read its share; names the argument and the form that works.
+        InputError: rcl cannot read its share, or cannot start in this environment; names the argument or variable
+            and the form that works.
     """
+    environment.check()
     try:
         return list(remove_ros_args(['program', *args])[1:])
     except Exception as problem:  # noqa: BLE001  rclpy raises several private types for malformed arguments

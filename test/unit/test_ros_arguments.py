@@ -31,6 +31,20 @@ def test_the_argument_and_the_remedy_are_named(args: list[str], words: str) -> N
     assert '.c:' not in str(refused.value)
 
 
+@pytest.mark.parametrize(('variable', 'value', 'words'), [
+    ('ROS_DOMAIN_ID', 'abc', "ROS_DOMAIN_ID is 'abc'; it must be a whole number from 0 to 232"),
+    ('ROS_DOMAIN_ID', '233', "ROS_DOMAIN_ID is '233'"),
+    ('ROS_LOG_DIR', '/proc/logs', "its logs into '/proc/logs': No such file or directory; set ROS_LOG_DIR"),
+])  # fmt: skip
+def test_an_environment_that_ros_cannot_start_in_is_named(
+    monkeypatch: pytest.MonkeyPatch, variable: str, value: str, words: str,
+) -> None:
+    monkeypatch.setenv(variable, value)
+    with pytest.raises(InputError) as refused:
+        arguments.without_ros([])
+    assert words in str(refused.value)
+
+
 def test_what_is_not_for_ros_is_left() -> None:
     line = ['--query', '3', '--ros-args', '-r', '__ns:=/drone1', '--', '--skip']
     assert arguments.without_ros(line) == ['--query', '3', '--skip']
