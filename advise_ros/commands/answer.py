@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 import sys
 from collections.abc import Sequence
 
@@ -86,6 +87,8 @@ def _answer(options: argparse.Namespace) -> Answer | None:
     Raises:
         InputError: they do not fit together.
     """
+    if not 0 < options.wait < math.inf:
+        raise InputError(f'--wait is {options.wait:g}; it must be a number of seconds above 0')
     sets = options.prefer is not None or options.avoid is not None
     if not sets and options.verdict is None:
         if options.query is not None and not options.undo and options.retract is None:

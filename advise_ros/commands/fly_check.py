@@ -8,7 +8,7 @@ import sys
 import time
 from collections.abc import Callable, Sequence
 
-from advise_ros.core.errors import AdviseError
+from advise_ros.core.errors import AdviseError, InputError
 from advise_ros.core.fence import fence_around
 from advise_ros.mavlink import messages as mav
 from advise_ros.mavlink.companion import Companion, Settings, Status
@@ -40,6 +40,8 @@ def run(argv: Sequence[str]) -> int:
     """The command with its arguments; returns the exit code."""
     options = _parser().parse_args(argv)
     try:
+        if not 0 < options.wait < math.inf:
+            raise InputError(f'--wait is {options.wait:g}; it must be a number of seconds above 0')
         return _report(Check(options).findings())
     except AdviseError as problem:
         print(f'error: {problem}', file=sys.stderr)
@@ -53,10 +55,10 @@ def _parser() -> argparse.ArgumentParser:
         prog='fly_check', description=__doc__, epilog=EPILOG, formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument('url', help='udpin:HOST:PORT, udpout:HOST:PORT, tcp:HOST:PORT, tcpin:HOST:PORT or a serial device')
-    parser.add_argument('--baud', type=int, default=115200, help='of a serial device (default %(default)s)')
-    parser.add_argument('--grid', default='', help='YAML file with the grid that is to be flown')
-    parser.add_argument('--signing-key', default='', help='key file of MAVLink 2 signing')
-    parser.add_argument('--wait', type=float, default=15.0, help='longest wait for readiness, seconds (default %(default)s)')
+    parser.add_argument('--baud', type=int, default=115200, metavar='N', help='of a serial device (default %(default)s)')
+    parser.add_argument('--grid', default='', metavar='FILE', help='YAML file with the grid that is to be flown')
+    parser.add_argument('--signing-key', default='', metavar='FILE', help='key file of MAVLink 2 signing')
+    parser.add_argument('--wait', type=float, default=15.0, metavar='S', help='longest wait for readiness (default %(default)s)')
     return parser
 
 
@@ -107,7 +109,8 @@ class Check:
         started_s = time.monotonic()
         self._until(lambda: bool(self._status().autopilot), self._options.wait)
         if not self._status().autopilot:
-            raise AdviseError(f'{self._status().waiting_for} within {self._options.wait:g} s on {self._options.url}')
+            heard = f'{self._status().waiting_for} within {self._options.wait:g} s on {self._options.url}'
+            raise AdviseError(f'{heard}; start the autopilot, or have it send there (ArduPilot in SITL: --out=udp:HOST:PORT)')
         autopilot = self._status().autopilot
         self._readings = Readings(tuple(PARAMETERS[autopilot]), bytewise=autopilot == 'px4')
         left_s = self._options.wait - (time.monotonic() - started_s)
