@@ -15,6 +15,7 @@ from advise_ros.core.demonstration import Demonstration, EndReason
 from advise_ros.core.errors import AdviseError
 from advise_ros.core.grid import Grid
 from advise_ros.core.trial import fly
+from advise_ros.demo import browser
 from advise_ros.demo.console import DemoConsole
 from advise_ros.demo.graph import DemoGraph
 from advise_ros.demo.options import DemoOptions
@@ -74,6 +75,8 @@ class Story:
 
     def start(self) -> None:
         """Start the simulated vehicle."""
+        flights = 'once' if self._options.flights == 1 else f'{self._options.flights} times'
+        self._console.say(f'simulator, bridge, recorder and learner start; a clumsy pilot flies the route {flights}')
         self._graph.start_vehicle()
 
     def close(self) -> None:
@@ -180,6 +183,7 @@ class Story:
         found = self.client.wait('the page', lambda: ADDRESS.search(console.log_path.read_text()), STEP_PATIENCE_S)
         self._address = found[0]
         self._console.say(f'[bold]Watch and answer in a browser:[/bold] {self._address}')
+        browser.show(self._address)
 
     # -- flying ------------------------------------------------------------------------------
     def _fly_policy(self, session: Session, policy: str) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -99,6 +99,7 @@ def page_values(outcome: Outcome) -> dict[str, Any]:
     main = outcome.sessions[0]
     trials = outcome.rate_before.trials
     last = outcome.first_trial_seed + trials - 1
+    shown = _asked_pictures(main, active(outcome.log))
     return {
         'title': 'A drone that learnt its route by asking',
         'lead': (
@@ -113,8 +114,8 @@ def page_values(outcome: Outcome) -> dict[str, Any]:
             f'{trials} independent trials on the grid model, seeds {outcome.first_trial_seed} to {last}, each with '
             f'its own demonstrations and mistakes and {outcome.answers_mean:.1f} answers on average; bars with 95 % intervals.'
         ),
-        'questions': [_question(main, record) for record in active(outcome.log)],
-        **_asked_pictures(main, active(outcome.log)),
+        'questions': [_question(main, record, shown) for record in active(outcome.log)],
+        **shown,
         'flights': [_flight_row(flight) for flight in outcome.flights],
         'demonstrations': [_demonstration_row(demonstration) for demonstration in main.demonstrations],
         'bag': str(outcome.bag),
@@ -163,9 +164,16 @@ def _success(outcome: Outcome) -> Any:
     )
 
 
-def _question(session: Session, record: AdviceRecord) -> dict[str, str]:
+def _question(session: Session, record: AdviceRecord, shown: Mapping[str, str]) -> dict[str, str]:
     query = session.queries.get(record.query_id)
-    return {'number': str(record.query_id), 'question': query.question if query else '', 'answer': answer_text(record)}
+    return {
+        'number': str(record.query_id), 'question': query.question if query else '', 'answer': answer_text(record),
+        'shown': shown.get(_picture_name(record), ''),
+    }
+
+
+def _picture_name(record: AdviceRecord) -> str:
+    return f'question_{record.query_id}_svg'
 
 
 def _asked_pictures(session: Session, records: Sequence[AdviceRecord]) -> dict[str, str]:
@@ -178,7 +186,7 @@ def _asked_pictures(session: Session, records: Sequence[AdviceRecord]) -> dict[s
             picture = pictures.question_figure(
                 convert.grid_from_msg(query.grid), tuple(query.states), np.array(policy.greedy), session.demonstrations,
             )
-            seen[f'question_{record.query_id}_svg'] = pictures.to_svg(picture)
+            seen[_picture_name(record)] = pictures.to_svg(picture)
     return seen
 
 

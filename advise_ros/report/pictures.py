@@ -177,16 +177,15 @@ def question_figure(
 
 def success_figure(rows: Sequence[tuple[str, float, float, float]]) -> Figure:
     """Bars of success [%] with their 95 % interval: (label, mean, low, high)."""
-    figure = Figure(figsize=(4.6, 0.7 + 0.55 * len(rows)), layout='constrained')
+    figure = Figure(figsize=(6.4, 0.7 + 0.5 * len(rows)), layout='constrained')
     axes = figure.subplots()
-    for index, (label, mean, low, high) in enumerate(rows):
+    for index, (_, mean, low, high) in enumerate(rows):
         axes.barh(index, mean, color=VERMILION if index == 0 else GREEN, height=0.6)
         axes.errorbar(mean, index, xerr=[[mean - low], [high - mean]], color='black', capsize=3, linewidth=1)
-        axes.text(2, index, f'{label}: {mean:.0f} %', va='center', fontsize=9)
-    axes.set_xlim(0, 100)
-    axes.set_yticks([])
+    axes.set_xlim(0, 101)
+    axes.set_yticks(range(len(rows)), [f'{label}: {mean:.0f} %' for label, mean, _, _ in rows], fontsize=9)
     axes.invert_yaxis()
     axes.set_xlabel('flights that reach the final waypoint in order [%]', fontsize=9)
-    for side in ('top', 'right', 'left'):
-        axes.spines[side].set_visible(False)
+    axes.tick_params(axis='y', length=0)
+    axes.spines[['top', 'right', 'left']].set_visible(False)
     return figure

@@ -64,7 +64,7 @@ def test_the_story_from_rough_flights_to_a_replayed_bag(ros_env: dict[str, str],
     assert 'seed 0, after advice: reached the end' in stdout
     assert 'equal byte for byte' in stdout
     page = (tmp_path / 'out' / 'report.html').read_text()
-    assert page.count('<svg') == 3
+    assert page.count('<svg') == 3 + 6, 'three pictures and what was shown of each question'
     assert page.count('(simulated-expert)') == 6
     assert not living_in_domain(ros_env['ROS_DOMAIN_ID'])
     verdict = tmp_path / 'verdict.json'
