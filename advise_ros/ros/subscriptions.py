@@ -24,6 +24,8 @@ from rosbags.interfaces import (
     QosTime,
 )
 
+from advise_ros.ros import qos
+
 CLOCK_TOPIC = '/clock'
 # Seconds of any topic: a busy machine may leave us without processor time for a while.
 QUEUE_DEPTH = 20_000
@@ -119,7 +121,7 @@ class RawSubscriptions:
         for name, (type_name, profile) in known.items():
             self._subscribe(node.resolve_topic_name(name), type_name, profile)
         if clock:
-            self._subscribe(CLOCK_TOPIC, 'rosgraph_msgs/msg/Clock', adapted([]))
+            self._subscribe(CLOCK_TOPIC, 'rosgraph_msgs/msg/Clock', qos.COMMAND)  # Clocks are not latched.
 
     def take(self) -> list[Arrival]:
         """What has come since the last call, in the order of its arrival over all topics."""
