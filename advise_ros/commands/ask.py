@@ -33,8 +33,10 @@ POLL_S = 0.03
 EPILOG = """keys:
   arrows (or h j k l)          this direction is right
   Shift + arrows (or H J K L)  this direction is wrong; o: all others are
-  Enter send   s skip   u unsure   m these cells differ   Backspace undo   t take an earlier answer back
-  Space HOLD   f fly the policy   1-9 map   ? how to answer by ros2 service call   q leave
+  Enter send   s skip   u unsure   Backspace undo   t take an earlier answer back
+  m these cells differ: arrows move, x marks those that go another way, Enter sends; s splits it by itself
+  1-9 map   r how it was flown there   v where it is unsure   ? how to answer by ros2 service call   q leave
+  Space HOLD   f fly the policy   T take off   G land   R record a demonstration   S stop it   D discard it
 A learner in a namespace: add --ros-args -r __ns:=/NAMESPACE
 
 exit code: 0 left, 2 wrong usage or no terminal; 130 interrupted"""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 from rich.console import Group, RenderableType
 from rich.panel import Panel
@@ -13,13 +13,18 @@ from rich.text import Text
 from advise_ros.console import views
 from advise_ros.console.board import Section
 from advise_ros.console.sitting import Sitting
+from advise_ros.console.views import LEVELS
 from advise_ros.ros import calls
 
 FLIES, FLOWN = '▲▶▼◀', '↑→↓←'
 ASKED, CHANGED, WALL = 'black on #f5c451', 'black on #7fdcb8', 'on #555555'
+PART, MOMENT, CURSOR = 'black on #7cc4ee', 'black on #56b4e9', 'reverse bold'
+# From sure to unsure, a tenth a step.
+HEAT = [f'black on #{255 - 13 * step:02x}{255 - 16 * step:02x}{255 - 6 * step:02x}' for step in range(10)]
 KEYS = (
     'arrows (or h j k l): right   Shift+arrows (H J K L): wrong   o: all others wrong   Enter: send   s: skip   u: unsure   '
-    'm: these cells differ   Backspace: undo   t: take an earlier answer back   1-9: map   Space: HOLD   f: fly   q: leave'
+    'm: these cells differ (x marks)   Backspace: undo   t: take an earlier answer back   1-9: map   r: how it was flown   '
+    'v: where it is unsure   Space: HOLD   f: fly   T: take off   G: land   R: record   S: stop   D: discard   q: leave'
 )
 PERCENT = 100.0
 # Answers of the log that are shown.
@@ -37,6 +42,7 @@ def screen(sections: Mapping[str, Section], sitting: Sitting, service: str, name
         table = Table.grid(padding=(0, 3))
         table.add_row(_map(shown, sitting), side)
         parts.append(table)
+    parts += [Text(f'! {line}', style='bold red') for line in _troubles(shown)]
     if sitting.note:
         parts.append(Text(sitting.note, style='bold'))
     parts.append(Text(KEYS, style='dim'))
@@ -64,6 +70,17 @@ def _status(shown: Mapping[str, Any]) -> Text:
     return out
 
 
+def _troubles(shown: Mapping[str, Any]) -> list[str]:
+    """What nodes complain of, the guard's reason for a stop included."""
+    bad = [node for node in shown.get('nodes', []) if node['level'] in ('error', 'silent') or _is_guard(node)]
+    silent = {'silent': 'silent; it said last: '}
+    return [f'{node["name"]}: {silent.get(node["level"], "")}{node["message"]}' for node in bad]
+
+
+def _is_guard(node: Mapping[str, Any]) -> bool:
+    return node['level'] == 'warn' and node['name'] in ('guard', 'mavlink_bridge')
+
+
 def _map(shown: Mapping[str, Any], sitting: Sitting) -> RenderableType:
     """One map: number of a waypoint, most flown direction, what the drone would fly; asked cells stand on orange."""
     grid, layer = shown['map'], min(sitting.layer, shown['map']['layers'] - 1)
@@ -71,28 +88,81 @@ def _map(shown: Mapping[str, Any], sitting: Sitting) -> RenderableType:
     asked = {state % size for state in shown.get('query', {}).get('states', []) if state // size == layer}
     preview = sitting.preview if sitting.preview and sitting.preview['ok'] else {'changed': [], 'actions': []}
     changed = {s % size: a for s, a in zip(preview['changed'], preview['actions'], strict=True) if s // size == layer}
+    look = Look(shown, layer, asked, changed, _moment(shown, sitting, layer), sitting)
     out = Text()
     for y in reversed(range(grid['height'])):
         for cell in range(y * grid['width'], (y + 1) * grid['width']):
-            words, style = _cell(shown, layer, cell, asked, changed)
+            words, style = _cell(look, cell)
             out.append(words, style=style)
         out.append('\n')
     out.append('# asked  → flown  ▶ would fly\n* would change  X wall  @ drone', style='dim')
+    if sitting.heat:
+        out.append('\n0 sure … 9 unsure', style='dim')
+    if sitting.moment >= 0:
+        moments = shown['query']['moments']
+        out.append(f'\n1 2 3 … {moments[sitting.moment]["id"]} ({sitting.moment + 1} of {len(moments)})', style='dim')
     return Panel(out, title=f'on the way to waypoint {layer + 1} of {grid["layers"]}', expand=False)
 
 
-def _cell(
-    shown: Mapping[str, Any], layer: int, cell: int, asked: set[int], changed: Mapping[int, int],
-) -> tuple[str, str]:
-    grid, size = shown['map'], shown['map']['width'] * shown['map']['height']
+class Look(NamedTuple):
+    """What one map shows.
+
+    Attributes:
+        asked, changed, moment: cells of the question, cell -> action of the preview, cell -> place in a flown moment.
+    """
+
+    shown: Mapping[str, Any]
+    layer: int
+    asked: set[int]
+    changed: Mapping[int, int]
+    moment: Mapping[int, int]
+    sitting: Sitting
+
+
+def _moment(shown: Mapping[str, Any], sitting: Sitting, layer: int) -> dict[int, int]:
+    """Cell -> when it was flown, counted from 1, of the moment that is replayed."""
+    moments = shown.get('query', {}).get('moments', [])
+    if not 0 <= sitting.moment < len(moments) or moments[sitting.moment]['layer'] != layer:
+        return {}
+    return {cell: step for step, cell in enumerate(moments[sitting.moment]['cells'], start=1)}
+
+
+def _cell(look: Look, cell: int) -> tuple[str, str]:
+    """Five characters: mark, waypoint, flown, would fly, how unsure; and their colours."""
+    shown, grid = look.shown, look.shown['map']
     if cell in grid['blocked']:
         return '  X  ', WALL
-    state = layer * size + cell
+    state = look.layer * grid['width'] * grid['height'] + cell
     number = str(grid['waypoints'].index(cell) + 1) if cell in grid['waypoints'] else ' '
-    sign = '@' if cell == _drone_cell(shown) else '*' if cell in changed else '#' if cell in asked else ' '
-    action = changed.get(cell, int(shown['policy']['greedy'][state]) if 'policy' in shown else -1)
-    flies = FLIES[action] if action >= 0 and not (layer == grid['layers'] - 1 and cell == grid['waypoints'][-1]) else ' '
-    return f'{sign}{number}{_flown(shown, state)}{flies} ', CHANGED if cell in changed else ASKED if cell in asked else ''
+    action = look.changed.get(cell, int(shown['policy']['greedy'][state]) if 'policy' in shown else -1)
+    over = look.layer == grid['layers'] - 1 and cell == grid['waypoints'][-1]
+    flies = FLIES[action] if action >= 0 and not over else ' '
+    flown = LEVELS[min(look.moment[cell], len(LEVELS) - 1)] if cell in look.moment else _flown(shown, state)
+    sign, style = _mark(look, cell, state)
+    unsure = _unsure(look, state)
+    if unsure and style in ('', ASKED):
+        style = HEAT[int(unsure)]
+    return f'{sign}{number}{flown}{flies}{unsure or " "}', style
+
+
+def _mark(look: Look, cell: int, state: int) -> tuple[str, str]:
+    """The most important thing about a cell."""
+    drawing = look.sitting.drawing
+    marks = (
+        (drawing is not None and (drawing.layer, drawing.cell) == (look.layer, cell), '+', CURSOR),
+        (drawing is not None and state in drawing.part, '%', PART),
+        (cell == _drone_cell(look.shown), '@', ''), (cell in look.moment, ' ', MOMENT),
+        (cell in look.changed, '*', CHANGED), (cell in look.asked, '#', ASKED),
+    )
+    found = [(sign, style) for holds, sign, style in marks if holds]
+    sign = found[0][0] if found else ' '
+    return sign, next((style for _, style in found if style), '')
+
+
+def _unsure(look: Look, state: int) -> str:
+    if not look.sitting.heat or 'policy' not in look.shown:
+        return ''
+    return str(9 * LEVELS.index(look.shown['policy']['unsure'][state]) // (len(LEVELS) - 1))
 
 
 def _flown(shown: Mapping[str, Any], state: int) -> str:
@@ -131,8 +201,18 @@ def _answer(shown: Mapping[str, Any], sitting: Sitting) -> RenderableType:
 def _log(shown: Mapping[str, Any]) -> Text:
     out = Text()
     for entry in reversed(shown.get('log', [])[-LATEST:]):
-        gone = ' (taken back)' if entry['retracted'] else ''
+        gone, bought = ' (taken back)' if entry['retracted'] else '', _bought(shown, entry)
         clash = '! ' if entry['id'] in shown.get('learner', {}).get('contradictions', []) else ''
         words = f'{clash}{entry["id"]}: {views.in_words(entry)}, {entry["by"] or "someone"}{gone}\n'
         out.append(words, style='dim' if gone else '')
+        out.append(f'   {bought}\n' if bought and not gone else '', style='dim')
     return out
+
+
+def _bought(shown: Mapping[str, Any], entry: Mapping[str, Any]) -> str:
+    """What an answer has changed, together with those that were learnt with it."""
+    told = shown.get('gains', {'since': 0, 'gains': []})
+    if entry['entry'] <= told['since']:
+        return ''
+    gain = next((one for one in told['gains'] if one['entry'] >= entry['entry']), None)
+    return f'changed {gain["changed"]} cells, then {PERCENT * gain["success"]:.0f} % expected' if gain else ''

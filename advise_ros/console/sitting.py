@@ -9,11 +9,16 @@ from typing import Any
 
 from advise_ros.console.board import Section
 from advise_ros.console.desk import Desk, Reply
+from advise_ros.console.drawing import Drawing
 from advise_ros.core.advice import Verdict
 from advise_ros.core.grid import N_ACTIONS, Action
 
 VERDICTS = {'send': Verdict.ANSWER, 'skip': Verdict.SKIP, 'unsure': Verdict.UNSURE, 'mixed': Verdict.MIXED}
-ACTS = {'hold': 'hold', 'fly': 'fly'}
+# Acts that are sent at once, and what they are called.
+ACTS = {
+    'hold': 'Hold', 'fly': 'Fly', 'takeoff': 'Take off', 'land': 'Land',
+    'record_start': 'Record', 'record_stop': 'Stop recording', 'record_discard': 'Discard',
+}
 
 
 def assumed(preferred: tuple[int, ...]) -> tuple[int, ...]:
@@ -29,6 +34,9 @@ class Sitting:
         preferred, avoided: the picks.
         layer: of the map that is shown.
         preview: the reply to the present picks, None while there is none.
+        drawing: the split that is being drawn, None else.
+        heat: the map tells how unsure the learner is.
+        moment: which flown moment behind the question the map shows, -1: none.
         note: what came of the last act, in words.
         over: the person has left.
     """
@@ -40,8 +48,11 @@ class Sitting:
         self.layer = 0
         self.preview: Reply | None = None
         self.note = ''
-        self.help = self.over = False
-        self._query: Mapping[str, Any] = {'id': 0, 'states': []}
+        self.help = self.over = self.heat = False
+        self.drawing: Drawing | None = None
+        self.moment = -1
+        self._grid: Mapping[str, Any] | None = None
+        self._query: Mapping[str, Any] = {'id': 0, 'states': [], 'moments': []}
         self._log: list[Mapping[str, Any]] = []
         self._pending: list[tuple[str, Promise[Reply]]] = []
         self._previewing: Promise[Reply] | None = None
@@ -54,6 +65,8 @@ class Sitting:
     @property
     def sentence(self) -> str:
         """The answer so far in words."""
+        if self.drawing is not None:
+            return self.drawing.sentence
         if not self.preferred:
             return 'Which direction is right in the marked cells? (arrow keys)'
         right, wrong = (' and '.join(Action(action).name for action in actions) for actions in (self.preferred, self.wrong))
@@ -63,11 +76,13 @@ class Sitting:
     def hear(self, sections: Mapping[str, Section]) -> None:
         """A new question clears the picks and shows its first map."""
         self._log = sections['log'].value if 'log' in sections else []
+        self._grid = sections['map'].value if 'map' in sections else None
         query = sections['query'].value if 'query' in sections else self._query
         if query['id'] != self._query['id']:
             self.preferred, self.avoided, self.preview = (), (), None
-            if query['states'] and 'map' in sections:
-                size = sections['map'].value['width'] * sections['map'].value['height']
+            self.drawing, self.moment = None, -1
+            if query['states'] and self._grid is not None:
+                size = self._grid['width'] * self._grid['height']
                 layers = [state // size for state in query['states']]
                 self.layer = max(sorted(set(layers)), key=layers.count)
         self._query = query
@@ -89,21 +104,69 @@ class Sitting:
         """Do what a key means."""
         word, _, number = meant.partition(' ')
         if word in ('prefer', 'avoid'):
-            self._pick(word, int(number))
+            self._arrow(word, int(number))
         elif word == 'layer':
-            self.layer = int(number)
+            self._go_to(int(number))
         elif meant in VERDICTS:
-            self._send(VERDICTS[meant])
+            self._answer(meant)
         elif meant in ACTS:
-            self._begin(meant.capitalize(), self._desk.act(ACTS[meant], {}))
+            self._begin(ACTS[meant], self._desk.act(meant, {}))
         else:
             others: dict[str, Callable[[], None]] = {
                 'others': self._avoid_others, 'undo': self._undo, 'take back': self._take_back, 'help': self._help,
-                'quit': self._quit,
+                'quit': self._quit, 'mark': self._mark, 'heat': self._heat, 'replay': self._replay,
             }
             others[meant]()
 
+    def _arrow(self, kind: str, action: int) -> None:
+        if self.drawing is not None:
+            self.drawing.move(action)
+        else:
+            self._pick(kind, action)
+
+    def _answer(self, meant: str) -> None:
+        """Send, or begin to draw a split; while one is drawn, Enter sends it and s leaves it to the learner."""
+        if self.drawing is None and meant == 'mixed':
+            self._draw()
+        elif self.drawing is None:
+            self._send(VERDICTS[meant])
+        elif meant == 'send' and not self.drawing.is_ready:
+            self.note = 'Mark some of the cells, not all.'
+        elif meant in ('send', 'skip'):
+            self._send(Verdict.SPLIT if meant == 'send' else Verdict.MIXED)
+        else:
+            self.drawing = None
+
+    def _draw(self) -> None:
+        if self._query['id'] and self._grid is not None:
+            self.preferred, self.avoided, self.preview = (), (), None
+            self.drawing = Drawing(self._grid, tuple(self._query['states']), self.layer)
+        else:
+            self.note = 'Nothing is asked now.'
+
+    def _go_to(self, layer: int) -> None:
+        if self._grid is not None and layer < self._grid['layers']:
+            self.layer = layer
+            if self.drawing is not None:
+                self.drawing.layer = layer
+
+    def _mark(self) -> None:
+        if self.drawing is not None:
+            self.drawing.mark()
+
+    def _heat(self) -> None:
+        self.heat = not self.heat
+
+    def _replay(self) -> None:
+        """The next flown moment behind the question, after the last one none."""
+        moments = self._query['moments']
+        self.moment = self.moment + 1 if self.moment + 1 < len(moments) else -1
+        if self.moment >= 0:
+            self.layer = moments[self.moment]['layer']
+
     def _avoid_others(self) -> None:
+        if self.drawing is not None:
+            return
         self.avoided = tuple(action for action in range(N_ACTIONS) if action not in self.preferred)
         self._try()
 
@@ -125,6 +188,7 @@ class Sitting:
         return {
             'uid': secrets.token_hex(12), 'query': self._query['id'], 'states': self._query['states'], 'verdict': int(verdict),
             'preferred': list(self.preferred) if said else [], 'avoided': list(self.wrong) if said else [], 'by': self._name,
+            'part': sorted(self.drawing.part) if self.drawing is not None and verdict is Verdict.SPLIT else [],
         }
 
     def _try(self) -> None:
@@ -138,9 +202,12 @@ class Sitting:
             return
         self.note = 'On its way; it is kept while the learner is away.'
         self._begin('Your answer', self._desk.act('answer', self._given(verdict)))
+        self.drawing = None
 
     def _undo(self) -> None:
-        if self.preferred or self.avoided:
+        if self.drawing is not None:
+            self.drawing = None
+        elif self.preferred or self.avoided:
             self.preferred, self.avoided, self.preview = (), (), None
         else:
             self._begin('Undo', self._desk.act('undo', {}))

@@ -49,9 +49,13 @@ def test_a_question_is_answered_by_single_keys(graph: Graph, learner: Learner, t
     assert (list(given.preferred), list(given.avoided), given.expert_id) == ([1], [0, 3], 'Anna')
     typist.type(b'\x7f')
     typist.wait_to_see('(taken back)', 'question 3')
-    typist.type(b's')
+    typist.type(b'm')
+    typist.wait_to_see('Mark the cells that go another way')
+    typist.type(b'x')
+    typist.wait_to_see('You say: 1 of')
+    typist.type(b'\r')
     typist.wait_to_see('question 4')
-    assert learner.log[-1].verdict == Verdict.SKIP
+    assert learner.log[-1].verdict == Verdict.SPLIT and len(learner.log[-1].states) == 1
     held: list[Trigger.Request] = []
     graph.in_node_thread(lambda: graph.node.create_service(Trigger, 'policy/stop', lambda ask, reply: held.append(ask) or reply))
     graph.wait_until(lambda: typist.type(b' ') or held, what='hold')
