@@ -18,11 +18,10 @@ from typing import NamedTuple
 import numpy as np
 from scipy import sparse
 
-from advise_ros.core.certificate import Duals
 from advise_ros.core.elimination import System, structure_of
 from advise_ros.core.factors import Factors
 from advise_ros.core.numerics import Floats
-from advise_ros.core.program import Problem
+from advise_ros.core.program import Duals, Problem
 from advise_ros.core.stars import Stars, stars_of
 
 # The start's room between the margin and its rows, and the least multiplier.

@@ -13,29 +13,20 @@ the inverse of (I - gamma Pbar)' sums to more than 1 / (1 - gamma). So neither b
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
 from advise_ros.core.numerics import Floats, Ints
-from advise_ros.core.program import Pairs, Problem, Solution
+from advise_ros.core.program import Duals, Pairs, Problem, Solution
 
 # Strict advice may be missed by this much, as every solver in floating point does.
 STRICT_TOLERANCE = 1e-6
 
 
-class Duals(NamedTuple):
-    """Multipliers of the rows: y of v = r + gamma Pbar v (n,), w of the demonstration and z of the advice pairs."""
-
-    flow: Floats
-    demonstration: Floats
-    advice: Floats
-
-
 def certified(problem: Problem, value: Floats, duals: Duals, solver: str) -> Solution:
     """The point that a value makes, with a proven bound."""
     point = _point(problem, value)
-    return Solution(*point, objective=_objective(problem, *point), bound=upper_bound(problem, duals), solver=solver)
+    objective, bound = _objective(problem, *point), upper_bound(problem, duals)
+    return Solution(*point, objective=objective, bound=bound, solver=solver, duals=duals)
 
 
 def _point(problem: Problem, value: Floats) -> tuple[Floats, Floats, Floats, Floats, Floats]:

@@ -80,8 +80,8 @@ def _better(one: Solution | None, other: Solution) -> Solution:
     """The better point with the better bound: each is proven by itself."""
     if one is None:
         return other
-    best = one if one.objective > other.objective else other
-    return best._replace(bound=min(one.bound, other.bound))
+    best, tighter = max(one, other, key=lambda found: found.objective), min(one, other, key=lambda found: found.bound)
+    return best._replace(bound=tighter.bound, duals=tighter.duals)
 
 
 def _step(blocks: Blocks, point: Point) -> Point | None:

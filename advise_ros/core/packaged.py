@@ -37,11 +37,18 @@ def piqp(problem: Problem, _: float) -> Solution:
         InputError: the package is missing.
         AdviseError: it ends without an optimum.
     """
-    program, n = write(problem), problem.mdp.n_states
-    package = _package('piqp')
-    solver = package.SparseSolver()
+    return _checked(problem, piqp_program(write(problem), problem.mdp.n_states), 'piqp')
+
+
+def piqp_program(program: Program, n: int, tolerance: float = TOLERANCE) -> Ended:
+    """A program whose first n rows are equations, by PIQP.
+
+    Raises:
+        InputError: the package is missing.
+    """
+    solver = _package('piqp').SparseSolver()
     settings = solver.settings
-    settings.eps_abs = settings.eps_rel = settings.eps_duality_gap_abs = settings.eps_duality_gap_rel = TOLERANCE
+    settings.eps_abs = settings.eps_rel = settings.eps_duality_gap_abs = settings.eps_duality_gap_rel = tolerance
     rows = sparse.csr_matrix(program.matrix)
     solver.setup(
         _nothing(program), program.cost, rows[:n].tocsc(), program.row_lower[:n],
@@ -50,7 +57,7 @@ def piqp(problem: Problem, _: float) -> Solution:
     status = solver.solve()
     result = solver.result
     multipliers = np.concatenate([-result.y, result.z_l - result.z_u])
-    return _checked(problem, Ended(np.array(result.x), multipliers, status.name), 'piqp')
+    return Ended(np.array(result.x), multipliers, status.name)
 
 
 def clarabel(problem: Problem, _: float) -> Solution:

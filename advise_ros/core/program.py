@@ -150,6 +150,14 @@ class Problem(NamedTuple):
         return flow - self.mdp.gamma * (self.mixed.T @ flow)
 
 
+class Duals(NamedTuple):
+    """Multipliers of the rows: y of v = r + gamma Pbar v (n,), w of the demonstration and z of the advice pairs."""
+
+    flow: Floats
+    demonstration: Floats
+    advice: Floats
+
+
 class Solution(NamedTuple):
     """A point of the program, and how far from the optimum it can be.
 
@@ -160,6 +168,7 @@ class Solution(NamedTuple):
         objective: of the maximisation, at this point.
         bound: proven: no point has a higher objective.
         solver: who found it.
+        duals: what proves the bound.
     """
 
     reward: Floats
@@ -170,6 +179,7 @@ class Solution(NamedTuple):
     objective: float
     bound: float
     solver: str
+    duals: Duals
 
     @property
     def gap(self) -> float:

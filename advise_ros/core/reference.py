@@ -7,10 +7,10 @@ from typing import Any, NamedTuple
 import cvxpy
 import numpy as np
 
-from advise_ros.core.certificate import Duals, certified
+from advise_ros.core.certificate import certified
 from advise_ros.core.errors import InputError
 from advise_ros.core.numerics import Floats
-from advise_ros.core.program import InfeasibleError, Pairs, Problem, Solution
+from advise_ros.core.program import Duals, InfeasibleError, Pairs, Problem, Solution
 
 cp: Any = cvxpy  # Its names are made at run time.
 

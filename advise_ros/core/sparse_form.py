@@ -7,9 +7,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy import sparse
 
-from advise_ros.core.certificate import Duals
 from advise_ros.core.numerics import Floats, Ints
-from advise_ros.core.program import Pairs, Problem
+from advise_ros.core.program import Duals, Pairs, Problem
 
 
 class Program(NamedTuple):

@@ -10,12 +10,12 @@ from scipy import sparse
 
 from advise_ros.core import elimination, factors, highs, packaged
 from advise_ros.core import solve as solvers
-from advise_ros.core.certificate import Duals, certified
+from advise_ros.core.certificate import certified
 from advise_ros.core.contradictions import preferences
 from advise_ros.core.errors import AdviseError, InputError
 from advise_ros.core.grid import Grid
 from advise_ros.core.mdp import Mdp, Transitions, from_transitions, mdp_of
-from advise_ros.core.program import Evidence, Preference, Problem, Solution, Terms, favourites, pose
+from advise_ros.core.program import Duals, Evidence, Preference, Problem, Solution, Terms, favourites, pose
 from advise_ros.core.routes import optimal_table
 from advise_ros.core.solve import SOLVERS, order, solve
 from support.learning import record
@@ -42,7 +42,7 @@ def forget() -> None:
 
 
 def bytes_of(solution: Solution) -> list[object]:
-    return [part.tobytes() if isinstance(part, np.ndarray) else part for part in solution]
+    return [part.tobytes() if isinstance(part, np.ndarray) else part for part in (*solution[:-1], *solution.duals)]
 
 
 @pytest.mark.parametrize('name', GENERAL)
