@@ -17,7 +17,8 @@ from rclpy.signals import SignalHandlerOptions
 
 from support.processes import Process, executable, ros_arguments
 
-PATIENCE_S = 20.0
+# A busy machine may take long for anything; who waits in vain waits once.
+PATIENCE_S = 60.0
 QoS = QoSProfile | int
 
 

@@ -106,7 +106,7 @@ class Process:
         tail = '\n  '.join([*self.out[-TAIL:], *self.err[-TAIL:]])
         return f'{self.name}: exit code {self.popen.poll()}\n  {tail}'
 
-    def wait_exit(self, timeout_s: float = 20.0) -> int:
+    def wait_exit(self, timeout_s: float = 60.0) -> int:
         """Exit code of a process that is to end by itself; all its output is there afterwards."""
         self.expected_to_end = True
         try:
@@ -122,7 +122,7 @@ class Process:
         if self.running:
             self.popen.send_signal(number)
 
-    def terminate(self, timeout_s: float = 10.0) -> int:
+    def terminate(self, timeout_s: float = 30.0) -> int:
         """SIGTERM, and its exit code."""
         self.signal(signal.SIGTERM)
         return self.wait_exit(timeout_s)
@@ -134,7 +134,7 @@ class Process:
         self.popen.wait(10)
         self._join()
 
-    def end(self, patience_s: float = 8.0) -> str:
+    def end(self, patience_s: float = 30.0) -> str:
         """Stop it at the end of a test, by force if need be; returns what was wrong, or ''."""
         self.signal(signal.SIGINT)
         try:
