@@ -2,7 +2,7 @@
 
     ./advise python tools/screenshots.py
 
-Needs chromium (make chromium). It asks, previews, splits and flies like a person would, and takes about a minute.
+Needs chromium (make chromium). It splits, answers, previews and flies as one who knows the route, and takes about a minute.
 """
 
 from __future__ import annotations
@@ -15,6 +15,8 @@ from pathlib import Path
 import numpy as np
 from playwright.sync_api import Browser, Page, sync_playwright
 
+from advise_ros.core.expert import SimulatedExpert
+from advise_ros.core.grid import Grid
 from advise_ros.core.trial import fly
 from advise_ros.demo.graph import DemoGraph
 from advise_ros.demo.options import DemoOptions, share
@@ -22,6 +24,7 @@ from advise_ros.demo.supervisor import Supervisor
 from advise_ros.demo.trials import trial_settings
 from advise_ros.recording.demofile import save_demonstrations
 from advise_ros.recording.gridfile import load_grid
+from advise_ros.ros import convert_advice
 from advise_ros.ros.graph_client import GraphClient
 
 IMAGES = Path(__file__).parent.parent / 'docs' / 'images'
@@ -29,14 +32,22 @@ FLAGS = ('--headless', '--no-sandbox', '--disable-gpu', '--no-first-run', '--dis
 DESKTOP, PHONE = {'width': 1440, 'height': 900}, {'width': 390, 'height': 844}
 PATIENCE_MS = 60_000
 PATIENCE_S = 120.0
+ANSWERS = 12
+STEPS_FLOWN = 9
+# An answer is worth a picture when it brings the expected success at least so far up.
+GAIN = 0.2
+ARROWS = ('ArrowUp', 'ArrowRight', 'ArrowDown', 'ArrowLeft')
+PAGE = 'Object.values(mounted_app.$refs).flat().find((element) => element && element.link)'
+ASKS = f'(last) => {{ const asked = {PAGE}.query; return asked && asked.id > last ? asked.id : 0 }}'
+GAINED = f'() => {{ const tried = {PAGE}.preview; return tried.success[1] - tried.success[0] }}'
 ADDRESS = re.compile(r'http://\S+token=\S+')
 
 
 def options(out: Path) -> DemoOptions:
-    return DemoOptions('human', 4, 4, 6, 1, 1, 1.0, share('grid_6x6.yaml'), share('demo.yaml'), out)
+    return DemoOptions('human', 4, 4, ANSWERS, 1, 1, 1.0, share('grid_6x6.yaml'), share('demo.yaml'), out)
 
 
-def open_page(browser: Browser, address: str, *, phone: bool = False, dark: bool = False) -> Page:
+def open_page(browser: Browser, address: str, *, phone: bool = False, dark: bool = False, asked: bool = True) -> Page:
     context = browser.new_context(
         viewport=PHONE if phone else DESKTOP, device_scale_factor=2 if phone else 1, color_scheme='dark' if dark else 'light',
     )
@@ -45,7 +56,9 @@ def open_page(browser: Browser, address: str, *, phone: bool = False, dark: bool
     page.goto(address)
     page.get_by_label('Your name').fill('Anna')
     page.get_by_label('Your name').blur()
-    page.wait_for_function("() => document.querySelector('[data-test=status]').textContent.includes('asks')")
+    page.locator('[data-test=connection]', has_text='live').wait_for()
+    if asked:
+        asks(page, 0)
     return page
 
 
@@ -62,40 +75,58 @@ def previewed(page: Page, *keys: str) -> None:
     page.wait_for_function("() => document.querySelector('[data-test=preview]')?.textContent.includes('expected')")
 
 
-def answer(page: Page, number: int, *keys: str) -> None:
-    """Answer the open question by keys and wait for the next one."""
-    for key in keys:
+def asks(page: Page, last: int) -> int:
+    """The id of the next question."""
+    number: int = page.wait_for_function(ASKS, arg=last).json_value()
+    return number
+
+
+def known(client: GraphClient, grid: Grid, number: int) -> list[str]:
+    """The keys by which one who knows the route answers."""
+    query = client.wait('the question', lambda: client.queries.get(number), PATIENCE_S)
+    said = SimulatedExpert(grid, np.random.default_rng(0)).answer(convert_advice.query_from_msg(query))
+    return [*(ARROWS[action] for action in said.preferred), *(f'Shift+{ARROWS[action]}' for action in said.avoided)]
+
+
+def splitting(page: Page) -> None:
+    for key in ('m', 'x', 'ArrowRight', 'x'):
         page.keyboard.press(key)
-    page.wait_for_function(
-        '(last) => { const found = document.querySelector("#question-title").textContent.match(/Question (\\d+)/);'
-        ' return !found || Number(found[1]) > last }', arg=number,
-    )
-
-
-def pictures(browser: Browser, address: str, client: GraphClient) -> None:
-    page = open_page(browser, address)
-    previewed(page, 'ArrowUp', 'ArrowRight')
-    save(page, 'console-question')
-    phone = open_page(browser, address, phone=True)
-    previewed(phone, 'ArrowUp', 'ArrowRight')
-    save(phone, 'console-phone')
-    phone.locator('.answer').scroll_into_view_if_needed()
-    phone.locator('.compass').evaluate('(compass) => compass.scrollIntoView({block: "start"})')
-    save(phone, 'console-phone-answer')
-    answer(page, 1, 'Enter')
-    page.keyboard.press('m')
-    page.keyboard.press('x')
-    page.keyboard.press('ArrowRight')
-    page.keyboard.press('x')
     save(page, 'console-split')
     page.keyboard.press('m')
-    dark = open_page(browser, address, dark=True)
-    dark.get_by_role('checkbox', name='unsure').check()
+
+
+def answering(page: Page, phone: Page, client: GraphClient, grid: Grid) -> None:
+    """Answer question by question, until one of the answers is worth a picture."""
+    number = asks(page, 0)
+    for _ in range(ANSWERS):
+        keys = known(client, grid, number)
+        previewed(page, *keys)
+        if page.evaluate(GAINED) > GAIN:
+            break
+        page.keyboard.press('Enter')
+        number = asks(page, number)
+    save(page, 'console-question')
+    previewed(phone, *keys)
+    save(phone, 'console-phone')
+    phone.locator('.compass').evaluate('(compass) => compass.scrollIntoView({block: "start"})')
+    save(phone, 'console-phone-answer')
+    page.keyboard.press('Enter')
+    page.locator('.history li .gain').first.wait_for()
+
+
+def flying(page: Page, client: GraphClient) -> None:
+    page.get_by_role('checkbox', name='unsure').check()
     client.take_off(PATIENCE_S)
-    dark.keyboard.press('ArrowUp')
-    dark.get_by_role('button', name='Fly the policy').click()
-    client.wait('the flight', lambda: client.flight is not None and client.flight.steps >= 4, PATIENCE_S)
-    save(dark, 'console-flying-dark')
+    page.get_by_role('button', name='Fly the policy').click()
+    client.wait('the flight', lambda: client.flight is not None and client.flight.steps >= STEPS_FLOWN, PATIENCE_S)
+    save(page, 'console-flying-dark')
+
+
+def pictures(browser: Browser, address: str, client: GraphClient, grid: Grid) -> None:
+    page, phone = open_page(browser, address), open_page(browser, address, phone=True)
+    splitting(page)
+    answering(page, phone, client, grid)
+    flying(open_page(browser, address, dark=True, asked=False), client)
 
 
 def main() -> None:
@@ -112,7 +143,7 @@ def main() -> None:
             console = graph.start_console()
             address = client.wait('the page', lambda: ADDRESS.search(console.log_path.read_text()), PATIENCE_S)[0]
             browser = playwright.chromium.launch(executable_path=shutil.which('chromium'), args=list(FLAGS))
-            pictures(browser, address, client)
+            pictures(browser, address, client, grid)
             browser.close()
             client.close()
 

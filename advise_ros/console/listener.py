@@ -26,10 +26,12 @@ from advise_ros.core.grid import Grid
 from advise_ros.ros import convert, convert_advice, qos
 
 TICK_S = 0.25
-# A track is a point each time the drone has moved by this share of a cell, the latest so many.
+# A track is a point each time the drone has moved by this share of a cell, the latest so many: more would hide the map.
 TRACK_STEP_CELLS = 0.1
-TRACK_POINTS = 1500
+TRACK_POINTS = 300
 LEARNER = 'advise'
+# Nodes that end when their work is done; nobody depends on them.
+VISITORS = ('pilot', 'expert', 'teleop')
 LEVELS = {DiagnosticStatus.OK: 'ok', DiagnosticStatus.WARN: 'warn', DiagnosticStatus.ERROR: 'error'}
 
 
@@ -199,11 +201,13 @@ class Listener:
         self._settings.poll()
         now = time.monotonic()
         nodes = [
-            {
-                'name': name, 'level': LEVELS.get(status.level, 'error') if now - heard <= self._silence_s else 'silent',
-                'message': status.message,
-            }
+            {'name': name, 'level': self._level(name, status, now - heard), 'message': status.message}
             for name, (status, heard) in sorted(self._health.items())
         ]
         self.board.put('nodes', nodes)
         self.board.put('graph', {'learner': self.learner_alive(), 'heard': self._learner_heard_s is not None})
+
+    def _level(self, name: str, status: DiagnosticStatus, silent_s: float) -> str:
+        if silent_s <= self._silence_s:
+            return LEVELS.get(status.level, 'error')
+        return 'gone' if name in VISITORS else 'silent'

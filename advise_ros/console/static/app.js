@@ -9,7 +9,7 @@ import { layerViews, describe } from '/console/layers.js';
 import { keyAct, letGo } from '/console/keys.js';
 import { ANSWER, CONTRADICTION, MIXED, SKIP, SPLIT, UNSURE, assumed, count, list, names, percent, said } from '/console/words.js';
 
-const PREVIEW_AFTER_MS = 250, LOOK_MS = 100, STALE_MS = 4000, NOTE_MS = 12000, TRACK_POINTS = 1500;
+const PREVIEW_AFTER_MS = 250, LOOK_MS = 100, STALE_MS = 4000, NOTE_MS = 12000, TRACK_POINTS = 300;
 const MOMENT_CELLS_A_SECOND = 3.5;
 const CALM = matchMedia('(prefers-reduced-motion: reduce)');
 

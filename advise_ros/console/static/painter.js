@@ -11,7 +11,7 @@ const DARK = {
   policy: '#f2f5f7', route: '#9aa8b5', change: '#35d39a', changeFill: '#0d4a37', clash: '#ff8a5c', drone: '#ff8ad8',
   heat: [[20, 27, 34], [150, 120, 220]], part: '#56B4E9',
 };
-const LEVELS = 35;
+const LEVELS = 35, TRACK_PARTS = 6;
 
 export class Painter {
   constructor(canvas) {
@@ -250,18 +250,7 @@ export class Painter {
   over(view) {
     const { context, colours } = this;
     context.clearRect(0, 0, this.canvas.width, this.canvas.height);
-    if (view.track.length > 1) {
-      context.strokeStyle = colours.drone;
-      context.globalAlpha = 0.5;
-      context.lineWidth = 2;
-      context.beginPath();
-      view.track.forEach(([east, north], index) => {
-        const [x, y] = this.at(east, north);
-        if (index) context.lineTo(x, y); else context.moveTo(x, y);
-      });
-      context.stroke();
-      context.globalAlpha = 1;
-    }
+    if (view.track.length > 1) this.track(view.track);
     if (view.moment) this.moment(view.moment);
     if (view.cursor >= 0) {
       context.strokeStyle = colours.part;
@@ -269,6 +258,21 @@ export class Painter {
       context.strokeRect(this.left(view.cursor) + 3, this.top(view.cursor) + 3, this.cell - 6, this.cell - 6);
     }
     if (view.drone) this.drone(view.drone);
+  }
+
+  // The older, the fainter.
+  track(points) {
+    const { context } = this, drawn = points.map(([east, north]) => this.at(east, north));
+    context.strokeStyle = this.colours.drone;
+    context.lineWidth = 2;
+    for (let part = 0; part < TRACK_PARTS; part++) {
+      const from = Math.floor(part * drawn.length / TRACK_PARTS), to = Math.floor((part + 1) * drawn.length / TRACK_PARTS);
+      context.globalAlpha = 0.6 * (part + 1) / TRACK_PARTS;
+      context.beginPath();
+      drawn.slice(Math.max(0, from - 1), to).forEach(([x, y], index) => (index ? context.lineTo(x, y) : context.moveTo(x, y)));
+      context.stroke();
+    }
+    context.globalAlpha = 1;
   }
 
   // A flown moment: the way so far as a line, the place now as a disc.

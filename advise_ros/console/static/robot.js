@@ -1,5 +1,6 @@
 // The drone and its nodes: recording, flying, states.
-const SIGN = { ok: '●', warn: '▲', error: '✖', silent: '○' };
+const SIGN = { ok: '●', warn: '▲', error: '✖', silent: '○', gone: '–' };
+const LAST = { silent: 'silent; it said last: ', gone: 'has ended; it said last: ' };
 
 export default {
   props: { nodes: Array, vehicle: Object, flight: Object, battery: Number, disabled: Boolean },
@@ -26,7 +27,7 @@ export default {
       <ul class="nodes" aria-label="State of every node">
         <li v-for="node in nodes || []" :key="node.name" :class="node.level">
           <span class="sign" aria-hidden="true">{{ sign(node.level) }}</span><b>{{ node.name }}</b>{{ ' ' }}
-          <span :class="{short: node.level === 'ok'}">{{ node.level === 'silent' ? 'silent; it said last: ' : '' }}{{ node.message }}</span>
+          <span :class="{short: node.level === 'ok'}">{{ last(node.level) }}{{ node.message }}</span>
         </li>
         <li v-if="!(nodes || []).length" class="silent">No node is heard.</li>
       </ul>
@@ -44,8 +45,9 @@ export default {
   },
   methods: {
     sign: (level) => SIGN[level] || '?',
+    last: (level) => LAST[level] || '',
     message(names, fits) {
-      const node = (this.nodes || []).find((one) => names.includes(one.name) && one.level !== 'silent' && fits(one));
+      const node = (this.nodes || []).find((one) => names.includes(one.name) && !LAST[one.level] && fits(one));
       return node ? node.message : '';
     },
   },

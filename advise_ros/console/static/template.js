@@ -74,7 +74,7 @@ export default `
     </div>
     <div class="main">
     <section class="maps" aria-label="Maps, one a waypoint">
-      <div class="head"><h2>On the way to waypoint {{ layer + 1 }}<small v-if="layers[layer]"> · <i class="key asked" aria-hidden="true">▢</i> {{ count(layers[layer].asked.size, 'cell') }} asked about</small></h2>
+      <div class="head"><h2>On the way to waypoint {{ layer + 1 }}<small v-if="query && layers[layer]"> · <i class="key asked" aria-hidden="true">▢</i> {{ count(layers[layer].asked.size, 'cell') }} asked about</small></h2>
         <div class="layers-shown" role="group" aria-label="What the map shows">
           <label><input type="checkbox" v-model="show.flown"> <i class="key flown" aria-hidden="true">→</i> flown</label>
           <label><input type="checkbox" v-model="show.policy"> <i class="key policy" aria-hidden="true">▲</i> drone would fly</label>
