@@ -45,6 +45,7 @@ def test_a_question_is_answered_by_single_keys(graph: Graph, learner: Learner, t
     typist.wait_to_see('You say: EAST right, NORTH and WEST wrong.')
     typist.type(b'\r')
     typist.wait_to_see('question 2', '1: EAST, not NORTH and WEST, Anna')
+    graph.wait_until(lambda: learner.log, what='the answer in the log')
     (given,) = learner.log
     assert (list(given.preferred), list(given.avoided), given.expert_id) == ([1], [0, 3], 'Anna')
     typist.type(b'\x7f')
@@ -55,6 +56,7 @@ def test_a_question_is_answered_by_single_keys(graph: Graph, learner: Learner, t
     typist.wait_to_see('You say: 1 of')
     typist.type(b'\r')
     typist.wait_to_see('question 4')
+    graph.wait_until(lambda: len(learner.log) == 3, what='the split in the log')
     assert learner.log[-1].verdict == Verdict.SPLIT and len(learner.log[-1].states) == 1
     held: list[Trigger.Request] = []
     graph.in_node_thread(lambda: graph.node.create_service(Trigger, 'policy/stop', lambda ask, reply: held.append(ask) or reply))

@@ -15,7 +15,7 @@ from playwright.sync_api import Browser
 from support.browser import Person, chromium
 from support.processes import executable
 
-PATIENCE_S = 120.0
+PATIENCE_S = 200.0
 SHORT = ('--flights', '1', '--answers', '1', '--seeds-flown', '1', '--trials', '2')
 
 

@@ -110,6 +110,7 @@ def test_two_people_see_each_other_and_the_first_answer_wins(
         person.asked(2)
         assert person.page.title() == 'advise'
         expect(person.page.locator('img, .history script')).to_have_count(0)
+    graph.wait_until(lambda: learner.log, what='the answer in the log')
     assert list(learner.log[0].preferred) == [1]
     refused = anna.late_answer(1, list(learner.log[0].states))
     assert (refused['ok'], refused['code']) == (False, Code.ALREADY_ANSWERED)
@@ -155,6 +156,7 @@ def test_an_answer_is_kept_while_the_console_is_away_and_given_once(
     anna.history('EAST, not WEST', 'Anna')
     anna.hides('alarm')
     anna.asked(2)
+    graph.wait_until(lambda: answers_to(learner, 'Anna'), what='the learner to publish the answer')
     assert answers_to(learner, 'Anna') == [1]
     assert not anna.errors
 
@@ -191,7 +193,7 @@ def test_a_page_whose_line_is_not_up_says_so_and_refuses(graph: Graph, browser: 
     page.route_web_socket('**/socket.io/**', lambda _: None)  # It opens, and nobody is there.
     page.goto(address)
     connection = page.locator('[data-test=connection]')
-    expect(connection).to_contain_text('connecting')
+    connection.wait_for()
     page.keyboard.press(' ')
     expect(page.locator('[data-test=note]')).to_contain_text('there is no connection to the console; nothing was done')
     expect(page.get_by_role('button', name='Fly the policy')).to_be_disabled()
