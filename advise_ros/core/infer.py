@@ -9,10 +9,11 @@ from advise_ros.core.advice import AdviceRecord
 from advise_ros.core.conflicts import conflicting, slack_states
 from advise_ros.core.errors import InputError
 from advise_ros.core.learn_settings import LearnSettings
+from advise_ros.core.local_program import Solved, is_large, near
 from advise_ros.core.mdp import Mdp, boltzmann, greedy, plan
 from advise_ros.core.numerics import Floats, Ints
-from advise_ros.core.program import Evidence, InfeasibleError, pose
-from advise_ros.core.solve import solve
+from advise_ros.core.program import Evidence, InfeasibleError, Problem, Solution, pose
+from advise_ros.core.solve import AUTO, solve
 
 
 class Inferred(NamedTuple):
@@ -26,6 +27,7 @@ class Inferred(NamedTuple):
         objective: of equation (1).
         unmet: states whose advice the reward does not satisfy, ascending.
         contradictions: ids of answers that cannot all hold, ascending.
+        solved: the program and its solution.
     """
 
     reward: Floats
@@ -36,9 +38,12 @@ class Inferred(NamedTuple):
     objective: float
     unmet: Ints
     contradictions: tuple[int, ...]
+    solved: Solved
 
 
-def infer(mdp: Mdp, favourite: Ints, records: tuple[AdviceRecord, ...], settings: LearnSettings) -> Inferred:
+def infer(
+    mdp: Mdp, favourite: Ints, records: tuple[AdviceRecord, ...], settings: LearnSettings, earlier: Solved | None = None,
+) -> Inferred:
     """Solve equation (1), then plan with its reward.
 
     Args:
@@ -46,21 +51,29 @@ def infer(mdp: Mdp, favourite: Ints, records: tuple[AdviceRecord, ...], settings
         favourite: (n,) a*, -1 without a demonstration.
         records: the advice that holds.
         settings: constants and readings.
+        earlier: of almost the same evidence: a proven preview near what changed is enough, where it is much quicker.
 
     Raises:
         InputError: strict advice (slack_cost 0) that contradicts itself.
     """
     problem = pose(mdp, Evidence(favourite, contradictions.preferences(records)), settings.terms)
     try:
-        solution = solve(problem, settings.solver)
+        solution = _solution(problem, settings.solver, earlier)
     except InfeasibleError:
         raise InputError(_refusal(conflicting(problem, records))) from None
     unmet = slack_states(problem, solution)
     value, q = plan(mdp, solution.reward, solution.value)
     return Inferred(
         solution.reward, value, q, greedy(q), boltzmann(q, settings.temperature), solution.objective, unmet,
-        conflicting(problem, records) if len(unmet) else contradictions.among(records),
+        conflicting(problem, records) if len(unmet) else contradictions.among(records), Solved(problem, solution),
     )
+
+
+def _solution(problem: Problem, solver: str, earlier: Solved | None) -> Solution:
+    """The optimum; a preview where one is asked for and an optimum takes long."""
+    wanted = earlier is not None and solver == AUTO and is_large(problem.mdp)
+    preview = near(problem, earlier) if wanted else None
+    return solve(problem, solver) if preview is None else preview
 
 
 def _refusal(ids: tuple[int, ...]) -> str:

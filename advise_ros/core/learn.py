@@ -17,6 +17,7 @@ from advise_ros.core.errors import InputError
 from advise_ros.core.grid import Grid
 from advise_ros.core.infer import Inferred, infer
 from advise_ros.core.learn_settings import LearnSettings
+from advise_ros.core.local_program import Solved, is_large
 from advise_ros.core.mdp import mdp_of
 from advise_ros.core.numerics import Floats, Ints
 from advise_ros.core.queries import Numbering, Situation, drawn, mixed, next_query
@@ -49,7 +50,10 @@ class Learned:
         contradictions: advice ids of answers that cannot all hold, ascending.
         unmet: states whose advice the reward does not satisfy (slack), ascending.
         objective: of equation (1).
+        gap: relative distance of the objective to its proven bound.
+        solver: who found it.
         digest: sha256 of grid, settings, demonstrations, advice, greedy actions, clusters and query states.
+        solved: what previews of a large process start from; None where they are exact.
 
     All arrays are read-only.
     """
@@ -74,7 +78,10 @@ class Learned:
     contradictions: tuple[int, ...]
     unmet: tuple[int, ...]
     objective: float
+    gap: float
+    solver: str
     digest: str
+    solved: Solved | None
 
     def __post_init__(self) -> None:
         for part in vars(self).values():
@@ -91,6 +98,7 @@ def learn(  # noqa: PLR0913 - evidence and numbering of a session
     version: int = 1,
     next_query_id: int = 1,
     budget: int = -1,
+    earlier: Solved | None = None,
 ) -> Learned:
     """Reward, policy and next question.
 
@@ -105,6 +113,7 @@ def learn(  # noqa: PLR0913 - evidence and numbering of a session
         version: number of the policy.
         next_query_id: number of the next query.
         budget: answers that the person is willing to give, -1 unlimited.
+        earlier: for a preview: what was learnt before, near which a large program may be solved roughly.
 
     Raises:
         InputError: no demonstration stands, one is on another grid, or strict advice (slack_cost 0) that contradicts itself.
@@ -117,7 +126,7 @@ def learn(  # noqa: PLR0913 - evidence and numbering of a session
     advice = advice_in(log)
     if settings.confirm and settings.slack_cost > 0:
         advice = agreed(advice, counts.taken)
-    inferred = infer(mdp, counts.favourite(), advice, settings)
+    inferred = infer(mdp, counts.favourite(), advice, settings, earlier)
     unsure = uncertainty(demonstrated, inferred.probabilities, settings.w_p)
     clusters = cluster_states(grid, counts, settings)
     clusters = split(grid, clusters, mixed(log), settings.seed, drawn(log))
@@ -144,6 +153,9 @@ def learn(  # noqa: PLR0913 - evidence and numbering of a session
         contradictions=inferred.contradictions,
         unmet=tuple(inferred.unmet.tolist()),
         objective=inferred.objective,
+        gap=inferred.solved.solution.gap,
+        solver=inferred.solved.solution.solver,
+        solved=inferred.solved if is_large(mdp) else None,
         digest=digest(
             map_of(grid), asdict(settings), evidence(held, advice), _decisions(inferred, clusters, asking.query)
         ),

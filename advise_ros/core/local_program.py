@@ -33,6 +33,8 @@ ROUGH = 1e-3
 # A region has at least so many states; the next is tried where the gap is too wide.
 REGIONS = (500, 1500, 4500)
 NAME = 'local'
+# Up to so many states an exact solution takes no longer than a person waits for.
+QUICK = 5000
 # Of the small programs: what they leave is part of the gap. Where much is fixed, tighter ones are not to be had.
 TOLERANCE = 1e-6
 
@@ -58,6 +60,11 @@ class Region(NamedTuple):
     states: Ints
     rim: Bools
     fixed: Bools
+
+
+def is_large(mdp: Mdp) -> bool:
+    """Whether an exact solution takes so long that a preview is worth having."""
+    return mdp.n_states > QUICK
 
 
 def near(problem: Problem, earlier: Solved, gap: float = ROUGH) -> Solution | None:

@@ -14,12 +14,13 @@ from advise_ros.core.contradictions import advice_in, against
 from advise_ros.core.demonstration import Demonstration, standing
 from advise_ros.core.grid import Grid
 from advise_ros.core.learn import Learned, LearnSettings, check_grid, learn
+from advise_ros.core.local_program import Solved
 from advise_ros.core.queries import budget_left
 
 
 @dataclass(frozen=True)
 class Work:
-    """Something to learn, apart from the session that goes on meanwhile."""
+    """Something to learn, apart from the session that goes on meanwhile; near `earlier`, if it is a preview."""
 
     grid: Grid
     settings: LearnSettings
@@ -28,6 +29,7 @@ class Work:
     version: int
     next_query_id: int
     budget: int
+    earlier: Solved | None = None
 
     def run(self) -> Learned:
         """`learn` on the snapshot.
@@ -37,7 +39,7 @@ class Work:
         """
         return learn(
             self.grid, self.settings, self.demonstrations, self.log,
-            version=self.version, next_query_id=self.next_query_id, budget=self.budget,
+            version=self.version, next_query_id=self.next_query_id, budget=self.budget, earlier=self.earlier,
         )
 
 
@@ -146,7 +148,9 @@ class Session:
     def preview(self, answer: Answer) -> Work | Outcome:
         """What would be learnt with an answer, or why it would be refused; commits nothing."""
         outcome = self.check(answer)
-        return outcome if outcome.record is None else self._work((*self._log, outcome.record))
+        if outcome.record is None:
+            return outcome
+        return replace(self._work((*self._log, outcome.record)), earlier=self._learned.solved if self._learned else None)
 
     def undo(self) -> Outcome:
         """Take the last answer that holds back."""

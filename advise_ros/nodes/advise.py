@@ -179,7 +179,7 @@ class AdviseNode(Node):
         held = standing(self._session.demonstrations[: learned.n_demonstrations])
         self.get_logger().info(
             f'policy {learned.version} from {len(held)} demonstrations and '
-            f'{learned.log_length} log entries in {self._solve_s:.3f} s'
+            f'{learned.log_length} log entries in {self._solve_s:.3f} s by {learned.solver}'
         )
         self.get_logger().info(self._question())
 

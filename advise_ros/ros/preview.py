@@ -9,6 +9,7 @@ from advise_ros.config import PolicyConfig
 from advise_ros.core.advice import Code, Outcome
 from advise_ros.core.learn import Learned
 from advise_ros.core.outlook import expected_success
+from advise_ros.core.program import EXACT
 from advise_ros.core.rollout import Rollout, rollout, step_budget
 from advise_ros.ros import calls
 
@@ -35,7 +36,7 @@ def fill_preview(
     response.reaches_goal_before, response.reaches_goal_after = route_before.reached, route_after.reached
     response.expected_success_before, response.expected_success_after = _success(before), _success(after)
     response.solve_s = solve_s
-    response.message = _in_words(len(changed), route_before, route_after, after.contradictions)
+    response.message = _in_words(len(changed), route_before, route_after, after)
     return response
 
 
@@ -48,9 +49,10 @@ def _success(learned: Learned) -> float:
     return expected_success(learned.grid, learned.greedy, learned.settings.slip, BUDGET_FACTOR)
 
 
-def _in_words(n_changed: int, before: Rollout, after: Rollout, contradictions: tuple[int, ...]) -> str:
+def _in_words(n_changed: int, before: Rollout, after: Rollout, learned: Learned) -> str:
     changed = f'{n_changed} state{"s" if n_changed != 1 else ""} would get another action'
-    return '; '.join((changed, _reaching(before, after), *_against(contradictions))) + '.'
+    told = changed, _reaching(before, after), *_against(learned.contradictions), *_roughly(learned.gap)
+    return '; '.join(told) + '.'
 
 
 def _reaching(before: Rollout, after: Rollout) -> str:
@@ -58,6 +60,11 @@ def _reaching(before: Rollout, after: Rollout) -> str:
         return f'the route would {"still" if before.reached else "now"} reach the final waypoint, in {after.steps} steps'
     progress = f'after {after.waypoints_reached} waypoint{"s" if after.waypoints_reached != 1 else ""}'
     return f'the route would {"no longer" if before.reached else "still not"} reach the final waypoint, it ends {progress}'
+
+
+def _roughly(gap: float) -> tuple[str, ...]:
+    """What an approximate preview misses the optimum by at most; it is exact when the answer is given."""
+    return (f'a quick look, proven to be within {gap:.2g} of the optimum',) if gap > EXACT else ()
 
 
 def _against(contradictions: tuple[int, ...]) -> tuple[str, ...]:

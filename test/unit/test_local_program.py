@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -11,10 +13,12 @@ from advise_ros.core.local_program import Solved, changed, near
 from advise_ros.core.mdp import mdp_of
 from advise_ros.core.numerics import Ints
 from advise_ros.core.packaged import Ended
-from advise_ros.core.program import Evidence, Preference, Problem, Terms, pose
+from advise_ros.core.program import EXACT, Evidence, Preference, Problem, Terms, pose
 from advise_ros.core.routes import optimal_table
+from advise_ros.core.session import Work
 from advise_ros.core.solve import solve
 from advise_ros.core.sparse_form import Program
+from support.learning import answer, learn_now, ready
 
 SIDE = 16
 PLAIN = Grid(1.0, SIDE, SIDE, (0.0, 0.0), 3.0, (30, 250))
@@ -114,3 +118,25 @@ def test_what_changed_is_named() -> None:
     demonstrated[state] = -1
     fewer = pose(first.mdp, Evidence(demonstrated, FIRST), Terms())
     assert changed(fewer, first).tolist() == [state]
+
+
+def test_a_session_previews_roughly_where_that_is_quicker_and_learns_exactly(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(local_program, 'QUICK', 1)
+    session = ready()
+    work = session.preview(answer(session))
+    assert isinstance(work, Work)
+    rough = work.run()
+    assert rough.solver == 'local'
+    assert rough.gap <= local_program.ROUGH
+    work = replace(work, settings=replace(work.settings, solver='highs'))
+    assert work.run().solver == 'highs', 'a solver that was named is the one that is asked'
+    assert session.tell(answer(session)).accepted
+    learned = learn_now(session)
+    assert (learned.solver, learned.gap <= EXACT) == ('highs', True)
+    assert rough.objective <= learned.objective * (1 + 1e-9)
+    monkeypatch.setattr(local_program, 'QUICK', learned.grid.n_states)
+    fresh = ready()
+    assert fresh.tell(answer(fresh)).accepted
+    again = learn_now(fresh)
+    assert (again.digest, again.value.tobytes()) == (learned.digest, learned.value.tobytes())
+    assert again.solved is None
