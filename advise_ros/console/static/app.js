@@ -208,7 +208,7 @@ export default {
       if (!p.ok) return ['', p.message];
       const route = p.reaches[1] ? 'reaches the final waypoint' : 'does not reach the final waypoint';
       const change = p.changed.length ? `▲ ${count(p.changed.length, 'cell')} would change; ━ the route then ${route}` : `nothing would change; the route ${route}`;
-      return [`expected success ${percent(p.success[0])} → ${percent(p.success[1])}`, `${change} (learnt in ${p.seconds.toFixed(2)} s).`];
+      return [`expected success ${percent(p.success[0])} → ${percent(p.success[1])}`, `${change} (learnt in ${p.seconds.toFixed(2)}\u00a0s).`];
     },
     async send() {
       if (!this.isReady || !this.query || this.answered) return;
