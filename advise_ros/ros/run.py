@@ -10,13 +10,14 @@ from dataclasses import fields
 from typing import Any
 
 import rclpy
-from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
 from advise_ros import config
 from advise_ros.core.errors import AdviseError
 from advise_ros.ros import arguments, introspection
+from advise_ros.ros.executor import make_executor
 
 OK, VERDICT_NO, USAGE = 0, 1, 2
 
@@ -76,7 +77,7 @@ def _spin(node_class: type[Node]) -> int:
     try:
         node = node_class()
         introspection.configure(node)
-        executor = SingleThreadedExecutor()
+        executor = make_executor()
         executor.add_node(node)
         executor.spin()
     except (ExternalShutdownException, KeyboardInterrupt):
