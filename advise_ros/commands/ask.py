@@ -35,7 +35,7 @@ EPILOG = """keys:
   Shift + arrows (or H J K L)  this direction is wrong; o: all others are
   Enter send   s skip   u unsure   Backspace undo   t take an earlier answer back
   m these cells differ: arrows move, x marks those that go another way, Enter sends; s splits it by itself
-  1-9 map   r how it was flown there   v where it is unsure   ? how to answer by ros2 service call   q leave
+  1-9 map   r how it was flown there   v where it is unsure   ? all keys   q leave
   Space HOLD   f fly the policy   T take off   G land   R record a demonstration   S stop it   D discard it
 A learner in a namespace: add --ros-args -r __ns:=/NAMESPACE
 

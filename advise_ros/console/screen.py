@@ -22,6 +22,10 @@ PART, MOMENT, CURSOR = 'black on #7cc4ee', 'black on #56b4e9', 'reverse bold'
 # From sure to unsure, a tenth a step.
 HEAT = [f'black on #{255 - 13 * step:02x}{255 - 16 * step:02x}{255 - 6 * step:02x}' for step in range(10)]
 KEYS = (
+    'arrows: right   Shift+arrows: wrong   Enter: send   s: skip   u: unsure   m: these cells differ   Backspace: undo   '
+    'Space: HOLD   ?: all keys   q: leave'
+)
+ALL_KEYS = (
     'arrows (or h j k l): right   Shift+arrows (H J K L): wrong   o: all others wrong   Enter: send   s: skip   u: unsure   '
     'm: these cells differ (x marks)   Backspace: undo   t: take an earlier answer back   1-9: map   r: how it was flown   '
     'v: where it is unsure   Space: HOLD   f: fly   T: take off   G: land   R: record   S: stop   D: discard   q: leave'
@@ -45,11 +49,9 @@ def screen(sections: Mapping[str, Section], sitting: Sitting, service: str, name
     parts += [Text(f'! {line}', style='bold red') for line in _troubles(shown)]
     if sitting.note:
         parts.append(Text(sitting.note, style='bold'))
-    parts.append(Text(KEYS, style='dim'))
-    if query['id'] and sitting.help:
+    parts.append(Text(ALL_KEYS if sitting.help else KEYS, style='dim'))
+    if query['id']:
         parts.append(Text(calls.how_to_answer(service, namespace, query['id']), style='dim'))
-    elif query['id']:
-        parts.append(Text(f'?: how to answer by ros2 service call {service}', style='dim'))
     return Group(*parts)
 
 

@@ -34,8 +34,9 @@ def typist(graph: Graph, learner: Learner) -> Iterator[Typist]:
 
 def test_a_question_is_answered_by_single_keys(graph: Graph, learner: Learner, typist: Typist) -> None:
     typist.wait_to_see('question 1', 'on the way to waypoint', 'Which direction is right', '#')
-    typist.type(b'?')
     typist.wait_to_see('ros2 service call /advise/answer')
+    typist.type(b'?')
+    typist.wait_to_see('T: take off')
     typist.type(RIGHT)
     typist.wait_to_see('You say: EAST right, WEST wrong.', 'cells would change; expected success')
     assert not learner.log, 'a preview commits nothing'
