@@ -99,7 +99,10 @@ def _figure5(request: Request, bench: Bench) -> list[Path]:
         bench.run(f'figure 5, {domain.name}', 'curves', protocol, methods, trials)
         measures[domain.name] = domain.measure.value
         rows += figures.figure5_rows(bench.store, domain.name, protocol, methods, trials)
-    return _write(request.out / 'figure5', [row._asdict() for row in rows], plots.figure5(rows, measures))
+    stem = request.out / 'figure5'
+    written = _write(stem, [row._asdict() for row in rows], plots.figure5(rows, measures))
+    stem.with_suffix('.md').write_text(figures.table5(rows), encoding='utf-8')
+    return [*written, stem.with_suffix('.md')]
 
 
 def _figure6(request: Request, bench: Bench) -> list[Path]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -88,6 +89,19 @@ def figure5_rows(store: Store, name: str, protocol: Protocol, methods: tuple[Met
         points = zip(protocol.points, stored(store, 'curves', protocol, method, trials).T, strict=True)
         rows += [Row5(name, method.name, asked, *_rounded(estimate(values))) for asked, values in points]
     return rows
+
+
+def table5(rows: Sequence[Row5]) -> str:
+    """The points of figure 5 as Markdown, a table for each domain and a column for each method."""
+    return '\n'.join(_table_of([row for row in rows if row.domain == name]) for name in dict.fromkeys(row.domain for row in rows))
+
+
+def _table_of(rows: Sequence[Row5]) -> str:
+    methods, asked = (list(dict.fromkeys(part)) for part in zip(*((row.method, row.queries) for row in rows), strict=True))
+    cells = {(row.method, row.queries): f'{row.mean:.4g} ± {row.ci95:.2g}' for row in rows}
+    lines = [[str(number), *(cells[method, number] for method in methods)] for number in asked]
+    head = [f'{rows[0].domain}, {rows[0].trials} trials: questions', *methods]
+    return '\n'.join(f'| {" | ".join(line)} |' for line in (head, ['---'] * len(head), *lines)) + '\n'
 
 
 def perturbed(quality: float) -> Method:

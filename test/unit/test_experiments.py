@@ -25,7 +25,7 @@ from advise_ros.experiments.protocols import PROTOCOLS
 from advise_ros.experiments.statistics import estimate
 
 SAILING = PROTOCOLS['sailing']
-FILES = ('figure5.json', 'figure5.png', 'figure5.svg')
+FILES = ('figure5.json', 'figure5.png', 'figure5.svg', 'figure5.md')
 
 
 # -- trials ------------------------------------------------------------------------------------------

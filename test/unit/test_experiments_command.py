@@ -25,6 +25,10 @@ def test_figure5_has_a_row_for_each_method_and_number_of_questions(tmp_path: Pat
     assert [row['queries'] for row in rows[:11]] == list(range(11))
     assert (tmp_path / 'figure5.png').read_bytes().startswith(b'\x89PNG')
     assert '<svg' in (tmp_path / 'figure5.svg').read_text()
+    table = (tmp_path / 'figure5.md').read_text().splitlines()
+    assert table[0] == f'| wumpus, 3 trials: questions | {" | ".join(METHODS)} |'
+    last = {row['method']: row for row in rows if row['queries'] == 10}
+    assert table[-1].split(' | ')[1] == f'{last["clustered"]["mean"]:.4g} ± {last["clustered"]["ci95"]:.2g}'
 
 
 @pytest.mark.parametrize('cut', [0, 1, 40])
