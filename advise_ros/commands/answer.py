@@ -158,7 +158,12 @@ def _preview(client: GraphClient, said: Answer, wait_s: float) -> int:
 
 def _show(client: GraphClient, wait_s: float) -> int:
     """The open question with its map, and the answers so far."""
-    status = client.wait('advise/status', lambda: client.learner, wait_s)
+    client.wait('advise/status', lambda: client.learner, wait_s)
+    try:
+        client.wait('the end of learning', lambda: client.learner.phase != LearnerStatus.LEARNING, wait_s)
+    except GraphTimeoutError:
+        pass  # Its status says that it learns.
+    status = client.learner
     client.wait('the advice log', lambda: _active(client) >= client.learner.answers, wait_s)
     print(log_text([convert_advice.advice_from_msg(advice) for advice in client.advice]) + '\n')
     if status.phase == LearnerStatus.ASKING:
