@@ -27,9 +27,10 @@ from advise_ros.report.pictures import Track
 from advise_ros.ros import convert, convert_advice
 from advise_ros.ros.graph_client import GraphClient
 
-STEP_PATIENCE_S = 60.0
+# Generous: a busy machine takes long to start ten processes.
+STEP_PATIENCE_S = 120.0
 FLIGHT_PATIENCE_S = 300.0
-SETTLE_PATIENCE_S = 15.0
+SETTLE_PATIENCE_S = 30.0
 HUMAN_PATIENCE_S = 86_400.0
 ADDRESS = re.compile(r'http://\S+token=\S+')
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import gc
 import multiprocessing
 import os
+import signal
 from collections.abc import Sequence
 from concurrent.futures import Future, ProcessPoolExecutor
 
@@ -44,7 +45,10 @@ class TrialPool:
         self._futures: list[Future[TrialResult]] = []
 
     def start(self, grid: Grid, settings: TrialSettings, seeds: Sequence[int]) -> None:
+        # The process inherits this: Ctrl-C reaches the whole terminal, and only the parent is to answer it.
+        before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
         self._futures = [self._pool.submit(run_trial, grid, settings, seed) for seed in seeds]
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
     @property
     def done(self) -> int:

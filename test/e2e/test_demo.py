@@ -43,6 +43,13 @@ def wait_until(condition: Callable[[], bool], what: str) -> None:
         time.sleep(0.05)
 
 
+def wait_for_pilot(demo: subprocess.Popen[str], out: Path) -> None:
+    """Until the whole graph runs."""
+    log = out / 'logs' / 'pilot.log'
+    wait_until(lambda: log.exists() or demo.poll() is not None, 'the pilot')
+    assert log.exists(), demo.communicate()
+
+
 def start(env: dict[str, str], out: Path, *arguments: str) -> subprocess.Popen[str]:
     return subprocess.Popen(
         [executable('demo'), '--out', str(out), *arguments], env=env, text=True, stdin=subprocess.DEVNULL,
@@ -77,19 +84,21 @@ def test_the_story_from_rough_flights_to_a_replayed_bag(ros_env: dict[str, str],
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGKILL])
 def test_nothing_is_left_behind(ros_env: dict[str, str], tmp_path: Path, number: signal.Signals) -> None:
     demo = start(ros_env, tmp_path / 'out', *SHORT)
-    log = tmp_path / 'out' / 'logs' / 'pilot.log'
-    wait_until(log.exists, 'the pilot')
-    demo.send_signal(number)
+    wait_for_pilot(demo, tmp_path / 'out')
+    if number == signal.SIGINT:
+        os.killpg(demo.pid, number)  # As a terminal does by Ctrl-C.
+    else:
+        demo.kill()
     _, stderr = demo.communicate(timeout=PATIENCE_S)
     if number == signal.SIGINT:
         assert demo.returncode == 130
-        assert 'every process of the demo has ended' in stderr
+        assert stderr == 'stopped; every process of the demo has ended\n'
     wait_until(lambda: not living_in_domain(ros_env['ROS_DOMAIN_ID']), 'the end of all children')
 
 
 def test_the_death_of_a_node_is_reported_with_its_last_lines(ros_env: dict[str, str], tmp_path: Path) -> None:
     demo = start(ros_env, tmp_path / 'out', *SHORT)
-    wait_until((tmp_path / 'out' / 'logs' / 'pilot.log').exists, 'the pilot')
+    wait_for_pilot(demo, tmp_path / 'out')
     os.kill(pid_in_domain(ros_env['ROS_DOMAIN_ID'], 'lib/advise_ros/recorder'), signal.SIGKILL)
     _, stderr = demo.communicate(timeout=PATIENCE_S)
     assert demo.returncode == 1
