@@ -58,7 +58,6 @@ def parse() -> argparse.Namespace:
 # -- one part --------------------------------------------------------------------------------
 def run_part(given: argparse.Namespace, name: str, part: Part) -> int:
     """Its trials, in as many graphs as it takes; what could not be carried out is written down as broken."""
-    signal.signal(signal.SIGTERM, signal.default_int_handler)
     book = Book(given.folder / f'{name}.jsonl', part.trials, given.until)
     for _ in range(1 + NEW_GRAPHS):
         rng = np.random.default_rng([given.seed, *name.encode(), book.done])
@@ -143,6 +142,7 @@ def tell(console: Console, ledger: Ledger) -> int:
 
 def main() -> int:
     given = parse()
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # So that everything that was started is ended.
     parts = chosen(SHORT if given.short else LONG, given.only, given.trials)
     if given.part:
         return run_part(given, given.part, parts[given.part])

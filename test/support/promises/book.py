@@ -69,10 +69,19 @@ class Book:
 
     def rounds(self, of: int = 1) -> Iterator[int]:
         """Numbers of the rounds of `of` trials that are still to be done, while there is time."""
-        while self.done < self.total and time.monotonic() < self._until_s:
+        while self.done < self.total and not self.late:
             yield self.done // of
-            self.done = min(self.total, self.done + of)
-            self._write({'done': self.done})
+            self.advance(of)
+
+    @property
+    def late(self) -> bool:
+        """Whether the time is over."""
+        return time.monotonic() >= self._until_s
+
+    def advance(self, trials: int) -> None:
+        """So many more are over."""
+        self.done = min(self.total, self.done + trials)
+        self._write({'done': self.done})
 
     def add(self, *measures: Measure) -> None:
         """Write down what came of a trial."""
@@ -106,9 +115,9 @@ def rows_of(promise: str, lines: Iterable[dict[str, Any]]) -> list[Row]:
         elif 'figure' in line:
             measures.setdefault((line['promise'], line['trouble'], line['figure']), []).append(line)
     rows = [_row(names, found) for names, found in measures.items()]
-    if failed or not rows:
+    if failed:
         names = (promise, 'trials that could not be carried out', 'how many')
-        rows.append(Row(*names, len(failed), len(failed) or math.nan, 0.0, tuple(failed)))
+        rows.append(Row(*names, len(failed), len(failed), 0.0, tuple(failed)))
     return rows
 
 

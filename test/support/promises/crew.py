@@ -13,8 +13,6 @@ from support.promises.parts import Part
 POLL_S = 0.5
 # Longest time to end a flight and its nodes.
 GRACE_S = 60.0
-# Those that ask only for processor time get what the flights leave.
-LOWEST_PRIORITY = 15
 
 
 @dataclass
@@ -50,7 +48,7 @@ class Crew:
             if alike < (1 if part.background else self.jobs) and len(self._running) < self.jobs + 1:
                 del waiting[name]
                 command = self.command_of(name)
-                nice = ['nice', '-n', str(LOWEST_PRIORITY)] if part.background and self.jobs > 1 else []
+                nice = ['nice', '-n', str(part.niceness)] if part.niceness else []
                 self._running[name] = subprocess.Popen([*nice, *command]), time.monotonic()
 
     def _collect(self) -> None:

@@ -21,19 +21,21 @@ class Part(NamedTuple):
     Attributes:
         promise: as `--only` names it.
         trials: rounds; of fences episodes, of the soak simulated minutes.
-        background: gives way to the others: it asks only for processor time.
+        niceness: how far it gives way to the others, which are timed.
+        background: asks only for processor time, so it runs beside the others.
     """
 
     promise: str
     run: Run
     trials: int
+    niceness: int = 0
     background: bool = False
 
 
 ARDUPILOT, PX4 = 'ardupilot', 'px4'
 # The long ones first.
 LONG: Mapping[str, Part] = {
-    'soak': Part('soak', soaks.run, 24 * 60, background=True),
+    'soak': Part('soak', soaks.run, 24 * 60, niceness=5),
     **{
         f'deaths-{autopilot}-{half}': Part('deaths', partial(deaths.run, autopilot=autopilot), 25)
         for autopilot in (ARDUPILOT, PX4) for half in (1, 2)
@@ -41,8 +43,8 @@ LONG: Mapping[str, Part] = {
     **{f'links-{autopilot}': Part('links', partial(links.run, autopilot=autopilot), 50) for autopilot in (ARDUPILOT, PX4)},
     'clocks': Part('clocks', clocks.run, 100),
     'silence': Part('silence', silence.run, 100),
-    'answers': Part('answers', answers.run, 10_000, background=True),
-    **{f'fences-{half}': Part('fences', fences.run, 5000, background=True) for half in (1, 2)},
+    'answers': Part('answers', answers.run, 10_000, niceness=15, background=True),
+    **{f'fences-{half}': Part('fences', fences.run, 5000, niceness=15, background=True) for half in (1, 2)},
 }
 SHORT: Mapping[str, Part] = {
     'flight-ardupilot': Part('flight', short.with_ardupilot, 1),

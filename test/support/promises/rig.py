@@ -100,8 +100,9 @@ class Rig:
             'mavlink_bridge': {**on_grid, 'url': f'udpin:127.0.0.1:{port}'},
             'advise': {**on_grid, 'demonstrations_file': str(demonstrations), 'session_file': str(folder / 'session.json')},
         }
-        for name, values in self._parameters.items():
-            values.update(settings.parameters.get(name, {}))
+        self._parameters = {
+            name: {**values, **settings.parameters.get(name, {})} for name, values in self._parameters.items()
+        }
         self.processes: dict[str, Process] = {}
         self.simulator = graph.start('simulator', {
             'endpoint': f'udpout:127.0.0.1:{self.proxy.port}', 'ready_after_s': 0.5, 'battery_s': 100_000.0,

@@ -43,27 +43,27 @@ def holding(pid: int) -> Holding:
 
 
 def run(folder: Path, rng: np.random.Generator, book: Book) -> None:
-    """Fly the route over and over for as many simulated minutes as there are trials."""
-    for _ in book.rounds(book.total):
-        with flying(folder, rng, Settings(speedup=SPEEDUP, parameters=FAST)) as rig:
-            seconds, began_s = book.total * 60.0, time.monotonic()
-            flights = _fly_for(rig, seconds * WARM_UP_SHARE)
-            before = {name: holding(process.pid) for name, process in rig.processes.items()}
-            flights += _fly_for(rig, seconds * (1.0 - WARM_UP_SHARE))
-            after = {name: holding(process.pid) for name, process in rig.processes.items()}
-            speedup = seconds / (time.monotonic() - began_s)
-        trouble = f'{book.total / 60.0:g} simulated hours, {flights} flights, {speedup:.0f} times real time'
-        for name in NODES:
-            book.add(*_measures(trouble, name, before[name], after[name]))
+    """Fly the route over and over for as many simulated minutes as there are trials, or until the time is over."""
+    minutes = book.total - book.done
+    with flying(folder, rng, Settings(speedup=SPEEDUP, parameters=FAST)) as rig:
+        first_s, began_s, flight = _simulated_s(rig), time.monotonic(), rig.flights[-1].flight_id
+        _fly_until(rig, book, first_s + minutes * 60.0 * WARM_UP_SHARE)
+        before = {name: holding(process.pid) for name, process in rig.processes.items()}
+        _fly_until(rig, book, first_s + minutes * 60.0)
+        after = {name: holding(process.pid) for name, process in rig.processes.items()}
+        seconds, flights = _simulated_s(rig) - first_s, rig.flights[-1].flight_id - flight
+        speedup = seconds / (time.monotonic() - began_s)
+    trouble = f'{seconds / 3600.0:.1f} simulated hours, {flights} flights, {speedup:.0f} times real time'
+    for name in NODES:
+        book.add(*_measures(trouble, name, before[name], after[name]))
+    book.advance(int(seconds / 60.0))
 
 
-def _fly_for(rig: Rig, simulated_s: float) -> int:
-    """Flights begun in a time on the simulator's clock."""
-    first, until_s = rig.flights[-1].flight_id, _simulated_s(rig) + simulated_s
-    while _simulated_s(rig) < until_s:
+def _fly_until(rig: Rig, book: Book, simulated_s: float) -> None:
+    """Flight after flight until a time on the simulator's clock."""
+    while _simulated_s(rig) < simulated_s and not book.late:
         rig.fly()
         time.sleep(0.1)
-    return int(rig.flights[-1].flight_id - first)
 
 
 def _simulated_s(rig: Rig) -> float:
