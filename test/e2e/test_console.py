@@ -154,4 +154,8 @@ def test_a_contradiction_is_shown_with_the_earlier_answer_and_resolved(
     anna.hides('clash')
     taken_back = entry(learner, 2)
     assert (taken_back.advice_id, taken_back.retracted) == (1, True)
-    assert not anna.errors
+    _, other_address = start_console(graph)
+    late = Person(browser, other_address)
+    expect(late.page.locator('.history li')).to_have_count(2)
+    late.history('WEST, not EAST', 'what it bought is not known')
+    assert not anna.errors and not late.errors

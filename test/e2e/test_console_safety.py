@@ -126,16 +126,22 @@ def test_an_answer_is_kept_while_the_learner_is_away_and_given_once(
     _, address = start_console(graph, **SILENCE)
     anna = Person(browser, address, 'Anna')
     anna.asked(1)
+    anna.press('ArrowRight', 'Enter')
+    anna.history('EAST, not WEST', 'changed')
+    anna.asked(2)
     learner.process.kill()
     anna.shows('alarm', 'The learner is silent')
-    anna.press('ArrowRight', 'Enter')
+    anna.press('ArrowUp', 'Enter')
     anna.shows('kept', '1 answer on the way')
     again = start_learner(graph, kept_files)
-    anna.history('EAST, not WEST', 'Anna')
+    anna.history('NORTH, not SOUTH', 'Anna', 'changed')
     anna.hides('alarm')
     anna.hides('kept')
-    graph.wait_until(lambda: answers_to(again, 'Anna'), what='the learner to publish the answer')
-    assert len(answers_to(again, 'Anna')) == 1
+    graph.wait_until(lambda: len(answers_to(again, 'Anna')) > 1, what='the learner to publish the answer')
+    assert len(answers_to(again, 'Anna')) == 2, 'the restored one and the kept one'
+    entries = anna.page.locator('.history li')
+    expect(entries).to_have_count(2)
+    expect(entries.last).to_contain_text('changed')
     assert not anna.errors
 
 
