@@ -37,6 +37,8 @@ KEYS = """\
 # Zero velocity is sent this long after a key is let go, then nothing: another node may fly.
 HOLD_S = 1.0
 SHOW_PERIOD_S = 0.2
+# What a service replied stands for this long.
+SAID_S = 8.0
 
 
 class TeleopNode(Node):
@@ -66,7 +68,7 @@ class TeleopNode(Node):
         self._hold_until_s = self._shown_s = 0.0
         self._moving = False
         self._recording = False
-        self._said = ''
+        self._said, self._said_until_s = '', 0.0
         self._diagnostics = Diagnostics(self)
         self._make_entities()
         self._terminal = Terminal()
@@ -130,17 +132,20 @@ class TeleopNode(Node):
     def _ask(self, service: str) -> None:
         client = self._asks[service]
         if not client.service_is_ready():
-            self._said = f'{service}: there is no such service'
+            self._say(f'{service}: there is no such service')
             return
-        self._said = f'{service} ...'
+        self._say(f'{service} ...')
         client.call_async(Trigger.Request()).add_done_callback(lambda future: self._on_reply(service, future))
 
     def _on_reply(self, service: str, future: Future) -> None:
         reply = future.result()
-        self._said = f'{service}: {reply.message or ("done" if reply.success else "refused")}'
+        self._say(f'{service}: {reply.message or ("done" if reply.success else "refused")}')
         if reply.success and service.startswith('recorder/'):
             self._recording = service == 'recorder/start'
             self._start_route()
+
+    def _say(self, sentence: str) -> None:
+        self._said, self._said_until_s = sentence, time.monotonic() + SAID_S
 
     def _fly(self, now_s: float) -> None:
         """Command while a key is held and a moment longer; motion is followed by zero even if this comes late."""
@@ -161,23 +166,26 @@ class TeleopNode(Node):
             return
         self._shown_s = now_s
         held = self._stick.held(now_s)
+        said = self._said if now_s < self._said_until_s else ''
         recording = 'RECORDING' if self._recording else ''
-        parts = [self._where(), held.value if held else 'hold', self._vehicle_text(), recording, self._said]
+        parts = [self._vehicle_text(), self._cell_text(), held.value if held else 'hold', recording, said, self._place_text()]
         self._terminal.show(' | '.join(part for part in parts if part))
         self._diagnostics.set(WARN if self._gate.problem else OK, self._gate.problem or self._vehicle_text())
 
-    def _where(self) -> str:
+    def _place_text(self) -> str:
         if self._pose is None:
             return self._gate.problem or 'no pose yet'
         east, north, up = self._pose.position_enu_m
-        place = f'east {east:.1f} north {north:.1f} up {up:.1f} m'
+        return f'east {east:.1f} north {north:.1f} up {up:.1f} m'
+
+    def _cell_text(self) -> str:
         if self._grid is None or self._tracker is None or self._tracker.state is None:
-            return place
+            return ''
         cell = list(self._grid.xy(self._grid.cell_of(self._tracker.state)))
         if self._tracker.finished:
-            return f'cell {cell}, the route is over | {place}'
+            return f'cell {cell}, the route is over'
         waypoint = list(self._grid.xy(self._grid.waypoints[self._grid.next_waypoint(self._tracker.state)]))
-        return f'cell {cell}, next waypoint {waypoint} | {place}'
+        return f'cell {cell}, next waypoint {waypoint}'
 
     def _vehicle_text(self) -> str:
         vehicle = self._vehicle
