@@ -28,7 +28,8 @@ from advise_ros.ros.diagnostics import Diagnostics
 from advise_ros.ros.track import TrackTopic
 
 POLL_S = 0.05
-REPORT_S = 1.0
+# A player that is faster than life sends no more than we can hear: it is told as often as this, too.
+REPORT_S, REPORT_POSES = 1.0, 50
 POLICY_TOPIC = 'policy/status'
 # The track has a point each time the drone has moved by this share of a cell.
 TRACK_STEP_CELLS = 0.1
@@ -115,6 +116,9 @@ class RecorderNode(Node):
     def _on_pose(self, message: PoseStamped | Odometry) -> None:
         self._poses += 1
         self._diagnostics.tick('pose')
+        if self._poses % REPORT_POSES == 0:
+            self._tell()
+            self._diagnostics.publish()
         if not self._is_in_map('positions', message.header.frame_id):
             return
         pose = message.pose if isinstance(message, PoseStamped) else message.pose.pose
@@ -185,6 +189,9 @@ class RecorderNode(Node):
         if self.config.source == 'topics' and not self.count_publishers(POLICY_TOPIC):
             self._recorder.policy(flies=False)  # A policy node that died flies nothing.
         self._track.publish()
+        self._tell()
+
+    def _tell(self) -> None:
         values = {
             'demonstrations': len(self._recorder.published), 'next': self._recorder.next_id,
             'poses': self._poses, 'commands': self._commands, **self._refused,

@@ -4,64 +4,35 @@ from __future__ import annotations
 
 import os
 import random
-import subprocess
-import tempfile
 import time
 from collections import defaultdict
-from collections.abc import Mapping
-from dataclasses import fields
-from pathlib import Path
 from typing import Any
 
 import rclpy
-import yaml
-from ament_index_python.packages import get_package_prefix
-from geometry_msgs.msg import TwistStamped
+from rclpy.duration import Duration
 from rclpy.signals import SignalHandlerOptions
 from rosgraph_msgs.msg import Clock
 
-from advise_msgs import action, msg, srv
-from advise_ros.config import AdviseConfig, PolicyConfig, RecorderConfig
-from advise_ros.core.errors import AdviseError, InputError
-from advise_ros.core.grid import Grid
-from advise_ros.recording.gridfile import grid_to_mapping
+from advise_msgs import action, srv
+from advise_ros.config import RecorderConfig
+from advise_ros.core.errors import InputError
 from advise_ros.recording.messages import Message
-from advise_ros.replay.score import Demonstrated, Fly, Learnt, Publish, Score, Step, Stop, Tell, score_of
-from advise_ros.replay.session import RecordedSession
+from advise_ros.replay.heard import Heard
+from advise_ros.replay.live_nodes import LiveNodes
+from advise_ros.replay.score import Demonstrated, Fly, Learnt, Publish, Score, Step, Stop, Tell, score_of, stamp_ns_of
+from advise_ros.replay.session import RecordedSession, at
 from advise_ros.ros import convert, qos
 from advise_ros.ros.graph_client import GraphClient, GraphTimeoutError
 from advise_ros.ros.subscriptions import message_class
 
-NODES: Mapping[str, type[Any]] = {'recorder': RecorderConfig, 'advise': AdviseConfig, 'policy': PolicyConfig}
-# What would reach back into the recorded session's own files.
-FILES = {'session_file': '', 'demonstrations_file': ''}
 PRIVATE_DOMAINS = range(40, 101)
 START_PATIENCE_S, LEARN_PATIENCE_S, PATIENCE_S, COMMAND_PATIENCE_S = 60.0, 300.0, 20.0, 1.0
 COMMAND_TRIES = 5
 # The recorder reports once a second.
 REPORT_S, PROBE_S = 2.5, 0.1
 GOAL_TRIES = 10
-LAST_LINES = 5
-
-
-class Heard:
-    """Everything that the nodes published, in order."""
-
-    def __init__(self, client: GraphClient) -> None:
-        listen = client.node.create_subscription
-        self.demonstrations: list[Any] = []
-        self.policies: list[Any] = []
-        self.queries: list[Any] = []
-        self.statuses: list[Any] = []
-        self.commands: dict[int, Any] = {}
-        listen(msg.Demonstration, 'demonstration', self.demonstrations.append, qos.DEMONSTRATIONS)
-        listen(msg.Policy, 'advise/policy', self.policies.append, qos.latched(1000))
-        listen(msg.AdviceQuery, 'advise/query', self.queries.append, qos.latched(1000))
-        listen(msg.FlightStatus, 'policy/status', self.statuses.append, qos.latched(1000))
-        listen(TwistStamped, 'cmd_vel', self._command, qos.COMMAND_DEEP)
-
-    def _command(self, message: TwistStamped) -> None:
-        self.commands.setdefault(convert.stamp_to_ns(message.header.stamp), message)
+# So many positions may be on their way: less than a socket holds, and more than the recorder hears before it says so.
+MOST_UNHEARD = 100
 
 
 class Live:
@@ -86,17 +57,16 @@ class Live:
             raise InputError(f'{session.bag.path}: only sessions recorded from topics, flight by flight, can be replayed live')
         self.score: Score = score_of(session, recorder.pose_source)
         self._pose_topic = f'{session.namespace}/{recorder.pose_source}'
-        self._nodes: dict[str, subprocess.Popen[bytes]] = {}
+        self._nodes = LiveNodes(session)
         self._sent: defaultdict[str, int] = defaultdict(int)
         self.late: list[str] = []
         self._probes = 0
 
     def __enter__(self) -> Live:
-        self._directory = tempfile.TemporaryDirectory(prefix='advise_live_')
         os.environ.update(ROS_DOMAIN_ID=str(self._domain), ROS_AUTOMATIC_DISCOVERY_RANGE='LOCALHOST')
         space = ['--ros-args', '-r', f'__ns:={self._session.namespace}'] if self._session.namespace else []
         rclpy.init(args=space, domain_id=self._domain, signal_handler_options=SignalHandlerOptions.NO)
-        self._client = GraphClient('replay', self._check_nodes)
+        self._client = GraphClient('replay', self._nodes.check)
         self.heard = Heard(self._client)
         self._clock = self._client.node.create_publisher(Clock, '/clock', 100)
         self._publishers = {
@@ -106,48 +76,13 @@ class Live:
         return self
 
     def __exit__(self, *_: object) -> None:
-        for process in self._nodes.values():
-            process.terminate()
-        for process in self._nodes.values():
-            try:
-                process.wait(PATIENCE_S)
-            except subprocess.TimeoutExpired:
-                process.kill()
+        self._nodes.stop()
         self._client.close()
-        self._directory.cleanup()
-
-    # -- the nodes ---------------------------------------------------------------------------
-    def _start(self) -> None:
-        grid = convert.grid_from_msg(self._session.on('demonstration')[0].value.grid)
-        for name, config_class in NODES.items():
-            if f'{self._session.namespace}/{name}' in self._session.parameters:
-                self._start_node(name, config_class, grid)
-
-    def _start_node(self, name: str, config_class: type[Any], grid: Grid) -> None:
-        folder = Path(self._directory.name)
-        (folder / 'grid.yaml').write_text(yaml.safe_dump({'grid': grid_to_mapping(grid)}), encoding='utf-8')
-        config = self._session.config(config_class, name)
-        values = {spec.name: FILES.get(spec.name, getattr(config, spec.name)) for spec in fields(config)}
-        values |= {'grid_file': str(folder / 'grid.yaml'), 'use_sim_time': True}
-        file = folder / f'{name}.yaml'
-        file.write_text(yaml.safe_dump({'/**': {'ros__parameters': values}}), encoding='utf-8')
-        arguments = ['--ros-args', '--params-file', str(file), '-r', f'__ns:={self._session.namespace or "/"}']
-        executable = Path(get_package_prefix('advise_ros')) / 'lib' / 'advise_ros' / name
-        with (folder / f'{name}.log').open('wb') as log:
-            self._nodes[name] = subprocess.Popen(
-                [str(executable), *arguments], stdout=log, stderr=log, stdin=subprocess.DEVNULL, start_new_session=True,
-            )
-
-    def _check_nodes(self) -> None:
-        for name, process in self._nodes.items():
-            if process.poll() is not None:
-                lines = (Path(self._directory.name) / f'{name}.log').read_text(errors='replace').splitlines()[-LAST_LINES:]
-                raise AdviseError(f'{name} ended during the replay (exit code {process.returncode}): {" | ".join(lines)}')
 
     # -- the performance ---------------------------------------------------------------------
     def play(self) -> None:
         """Go through the score; the clock stands until every node hears what is sent."""
-        self._start()
+        self._nodes.start()
         if not self.score.steps:
             return
         first_ns = self.score.steps[0][0]
@@ -168,16 +103,16 @@ class Live:
 
     def _wait_for_matches(self) -> None:
         """Until the nodes' readers are matched, and the recorder says that it heard a position."""
-        wait, listeners = self._client.wait, {'recorder', 'policy'} & self._nodes.keys()
+        wait, listeners = self._client.wait, {'recorder', 'policy'} & self._nodes.names
         pose = self._publishers.get(self._pose_topic)
         if pose is not None and listeners:
             heard_by = lambda: pose.get_subscription_count() > len(listeners) or None  # noqa: E731  and by the client
             wait('the nodes to listen to positions', heard_by, START_PATIENCE_S)
         for publisher in self._publishers.values():
             wait('the nodes to listen', lambda p=publisher: p.get_subscription_count() or None, START_PATIENCE_S)
-        if 'advise' in self._nodes:
+        if 'advise' in self._nodes.names:
             wait('the learner', lambda: self._client.learner, START_PATIENCE_S)
-        if 'recorder' in self._nodes and pose is not None:
+        if 'recorder' in self._nodes.names and pose is not None:
             wait('the recorder to hear positions', lambda: self._recorder_hears(pose) or None, START_PATIENCE_S)
             time.sleep(REPORT_S)  # Its count of the probes is whole with its next report.
             self._probes = self._recorder_count()
@@ -223,18 +158,24 @@ class Live:
         if step.message.topic not in self._publishers:
             return
         self._send(step.message)
-        if step.command_stamp_ns and self._is_pose(step):
+        if not self._is_pose(step):
+            return
+        if step.command_stamp_ns:
             self._await_command(step)
+        if 'recorder' in self._nodes.names and self._unheard() > MOST_UNHEARD:
+            self._in_time('the recorder to keep up', lambda: self._unheard() <= MOST_UNHEARD, PATIENCE_S)
 
     def _await_command(self, step: Publish) -> None:
         """Positions are best effort: one that brings no command is sent again."""
         for _ in range(COMMAND_TRIES):
-            deadline_s = time.monotonic() + COMMAND_PATIENCE_S
-            while time.monotonic() < deadline_s:
-                if step.command_stamp_ns in self.heard.commands:
-                    return
-                time.sleep(0.0005)
+            if self.heard.has_command(step.command_stamp_ns, COMMAND_PATIENCE_S):
+                return
             self._publishers[self._pose_topic].publish(step.message.data)
+        self.late.append(f'no command bears the stamp {at(step.command_stamp_ns)}')
+
+    def _unheard(self) -> int:
+        """Positions that were sent and that the recorder has not told of yet."""
+        return self._probes + self._sent[self._pose_topic] - self._recorder_count()
 
     def _await_demonstration(self, step: Demonstrated) -> None:
         wanted = step.recorded.value.demonstration_id
@@ -243,8 +184,7 @@ class Live:
 
     def _stop(self) -> None:
         """When the recorder has heard all that it had heard then."""
-        sent = self._probes + self._sent[self._pose_topic]
-        self._in_time('the recorder to have heard all positions', lambda: self._recorder_count() >= sent, PATIENCE_S)
+        self._in_time('the recorder to have heard all positions', lambda: self._unheard() <= 0, PATIENCE_S)
         self._client.trigger('recorder/stop')
 
     def _tell(self, step: Tell) -> None:
@@ -273,14 +213,32 @@ class Live:
         first = step.flight.statuses[0].value
         budget = max(int(one.value.step_budget) for one in step.flight.statuses)
         goal = action.Fly.Goal(start_cell=int(first.start_cell), policy_version=int(first.policy_version), step_budget=budget)
-        flights = max((status.flight_id for status in self.heard.statuses), default=0)
         for _ in range(GOAL_TRIES):
-            if step.pose is not None:  # While the clock stood, the last position has become too old to begin with.
-                self._send(step.pose)
-            if self._client.begin_flight(goal, PATIENCE_S):
-                began = lambda: any(status.flight_id > flights for status in self.heard.statuses)  # noqa: E731
-                self._in_time('the flight to begin', began, PATIENCE_S)
+            if self._has_begun(step, goal):
                 return
+        self.late.append(f'the flight at {at(step.flight.statuses[0].stamp_ns)} did not begin as it had')
+
+    def _has_begun(self, step: Fly, goal: Any) -> bool:
+        """Begin by the position that it had begun by; a goal can be met before the position that was sent before it."""
+        flights = self.heard.flights
+        if step.pose is not None:  # While the clock stood, the last position has become too old to begin with.
+            self._send(step.pose)
+        self._acknowledged()
+        if not self._client.begin_flight(goal, PATIENCE_S):
+            return False
+        self._in_time('the flight to begin', lambda: self.heard.flights > flights, PATIENCE_S)
+        began = self.heard.beginning(flights + 1)
+        if began is None or step.pose is None or convert.stamp_to_ns(began.header.stamp) == stamp_ns_of(step.pose):
+            return True
+        self._client.trigger('policy/stop')
+        self.heard.forget_flight(flights + 1)
+        return False
+
+    def _acknowledged(self) -> None:
+        """Until the vehicle's last state is with its readers: it decides whether a flight may begin."""
+        status = self._publishers.get(f'{self._session.namespace}/vehicle_status')
+        if status is not None:
+            status.wait_for_all_acked(Duration(seconds=PATIENCE_S))
 
     def _in_time(self, what: str, predicate: Any, timeout_s: float) -> None:
         """Wait; what does not come in time is missing in the comparison."""

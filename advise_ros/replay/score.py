@@ -89,6 +89,7 @@ class _Writer:
         self._session, self._space = session, session.namespace
         self._pose = f'{self._space}/{pose_source}'
         self._flights = flights_of(session)[0]
+        self._flown = [_flown(flight, session) for flight in self._flights]
         self._commanded = {one.stamp_ns for flight in self._flights for one in flight.commands}
         self._told = {_place(one.message): one for name in TOLD for one in session.on(name)}
         self._waiting = list(self._flights)
@@ -106,7 +107,7 @@ class _Writer:
         topics |= {f'{self._space}/vehicle_status': STATUS_TYPE, f'{self._space}/demonstration': DEMONSTRATION_TYPE}
         for message in bag.messages:
             if message.topic == self._pose:
-                self._add_pose(message, _stamp_ns(message))
+                self._add_pose(message, stamp_ns_of(message))
             elif message.topic == f'{self._space}/cmd_vel':
                 self._add_command(message)
             elif message.topic == f'{self._space}/vehicle_status':
@@ -123,7 +124,7 @@ class _Writer:
         self._last = message
         if stamp_ns in self._commanded:
             self._steps.append((at, Publish(message, stamp_ns)))
-        elif any(f.commands and f.statuses[0].stamp_ns < stamp_ns <= f.commands[-1].stamp_ns for f in self._flights):
+        elif any(first_ns < stamp_ns <= last_ns for first_ns, last_ns in self._flown):
             self._skipped += 1
         else:
             self._steps.append((at, Publish(message)))
@@ -132,7 +133,7 @@ class _Writer:
             self._steps.append((at, Stop()))
 
     def _add_command(self, message: Message) -> None:
-        if _stamp_ns(message) not in self._commanded:
+        if stamp_ns_of(message) not in self._commanded:
             self._steps.append((message.log_time_ns, Publish(message)))
 
     def _add_told(self, message: Message) -> None:
@@ -153,11 +154,21 @@ class _Writer:
             self._steps.append((message.log_time_ns, step))
 
 
+def _flown(flight: Flight, session: RecordedSession) -> tuple[int, int]:
+    """Stamps of the last position before a flight and of the last one that it was flown by.
+
+    Zero velocity after a flight bears the stamp of a clock, which may lag behind the positions'.
+    """
+    poses = set(session.recording.poses.stamps_ns.tolist())
+    begin_ns = flight.statuses[0].stamp_ns
+    return begin_ns, max((one.stamp_ns for one in flight.commands if one.stamp_ns in poses), default=begin_ns)
+
+
 def _place(message: Message) -> tuple[str, int, int]:
     return message.topic, message.publish_time_ns, message.log_time_ns
 
 
-def _stamp_ns(message: Message) -> int:
-    """Of the header, which every one of these messages begins with."""
+def stamp_ns_of(message: Message) -> int:
+    """Of the header, which each of the INPUTS begins with."""
     seconds = int.from_bytes(message.data[4:8], 'little', signed=True)
     return seconds * NS + int.from_bytes(message.data[8:12], 'little')

@@ -47,7 +47,7 @@ class Diagnostics:
         self._meters: dict[str, Meter] = {}
         self.state = self.idle = ''
         self._publisher = node.create_publisher(DiagnosticArray, '/diagnostics', 10)
-        self._timer = node.create_timer(PERIOD_S, self._publish, clock=Clock(clock_type=ClockType.STEADY_TIME))
+        self._timer = node.create_timer(PERIOD_S, self.publish, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
     def set(self, level: bytes, message: str, values: Mapping[str, object] | None = None) -> None:
         """State the node's level and one sentence; what changes is published at once."""
@@ -57,7 +57,7 @@ class Diagnostics:
         self._status.level, self._status.message = level, message
         self._values = dict(values or {})
         if changed:
-            self._publish()
+            self.publish()
 
     def meter(self, *names: str) -> None:
         """Tell rate and age of these from now on."""
@@ -67,7 +67,8 @@ class Diagnostics:
         """One of them has come."""
         self._meters[name].tick(time.monotonic())
 
-    def _publish(self) -> None:
+    def publish(self) -> None:
+        """Say it all again now, with new rates and ages."""
         now_s = time.monotonic()
         values: dict[str, object] = {'state': self.state} if self.state else {}
         values.update(self._values)
