@@ -58,18 +58,21 @@ class Page(ui.element, component='static/console.js'):
         super().__init__()
         self._desk = desk
         sections = listener.board.sections
-        self.known = {name: section.version for name, section in sections.items()}
+        self._at_start = {name: section.version for name, section in sections.items()}
+        self.known = dict(self._at_start)
         self._props['start'] = {name: section.value for name, section in sections.items()} | {'track': listener.track()}
         self.on('act', self._on_act)
         self.on('hello', self._on_hello)
 
     def _on_hello(self, event: Any) -> None:
-        """A line is up: the window may act from the reply on; one that was cut off gets everything again."""
+        """A line is up: the window may act from the reply on.
+
+        What was sent before the window was drawn may be lost: it gets what is newer than its start, and after a loss everything.
+        """
         given = event.args
         if not isinstance(given, dict):
             return
-        if given.get('again'):
-            self.known.clear()
+        self.known = {} if given.get('again') else dict(self._at_start)
         self.run_method('welcome', str(given.get('line')))
 
     async def _on_act(self, event: Any) -> None:
