@@ -4,7 +4,8 @@
 
 Each measurement has its own process. Cases are of benchmarks/learner_cases.py, with the default constants. Prints
 Markdown. `seconds` is the time to solve the posed program; for 'default', what a learner does after one more answer:
-pose and solve again. `used_mb` is the peak of memory above what the process held before it solved.
+pose and solve again (`cpu_seconds`: of processor time), with `preview_seconds` and `preview_gap` of what looks ahead
+where a process is large. `used_mb` is the peak of memory above what the process held before it solved.
 """
 
 from __future__ import annotations
@@ -30,6 +31,7 @@ WALLED = (1024, 10_000)
 RIVALS = {
     'dense cvxpy+GLPK': 1024, 'dense cvxpy+HiGHS': 1024, 'cvxpy+HiGHS': 1024, 'cvxpy+Clarabel': 10_000,
     'highs': 1024, 'piqp': 40_000, 'qoco': 10_000, 'clarabel': 10_000, 'interior': 100_000,
+    'interior-cholmod': 100_000,
 }
 DEFAULT = 'default'
 # Cases below this are solved several times, the fastest counts.
@@ -51,16 +53,24 @@ def solver_of(name: str) -> Callable[[Any], Any]:
     return lambda problem: solvers.solve(problem, solvers.AUTO if name == DEFAULT else name)
 
 
-def timed(action: Callable[[], Any]) -> tuple[float, Any]:
-    """Seconds, and what came of it."""
-    start = time.perf_counter()
-    result = action()
-    return time.perf_counter() - start, result
+def timed(action: Callable[[], Any], times: int = 1) -> tuple[float, Any]:
+    """Seconds of the fastest of some runs, and what came of it."""
+    took = []
+    for _ in range(times):
+        start = time.perf_counter()
+        result = action()
+        took.append(time.perf_counter() - start)
+    return min(took), result
 
 
 def peak_mb() -> float:
     """The most memory that this process has held."""
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
+
+
+def repeats(case: Case) -> int:
+    """How often something is done to time it."""
+    return REPEATS if case.grid.n_states < SMALL else 1
 
 
 def measure(name: str, states: int, walls: bool) -> Row:
@@ -69,10 +79,9 @@ def measure(name: str, states: int, walls: bool) -> Row:
     solve = solver_of(name)
     problem = case.posed()
     before = peak_mb()
-    runs = [timed(lambda: solve(problem)) for _ in range(REPEATS if states < SMALL and 'GLPK' not in name else 1)]
-    solution = runs[0][1]
+    seconds, solution = timed(lambda: solve(problem), 1 if 'GLPK' in name else repeats(case))
     row: Row = {
-        'solver': name, 'states': case.grid.n_states, 'walls': walls, 'seconds': min(seconds for seconds, _ in runs),
+        'solver': name, 'states': case.grid.n_states, 'walls': walls, 'seconds': seconds,
         'objective': solution.objective, 'gap': solution.gap, 'by': solution.solver,
         'peak_mb': peak_mb(), 'used_mb': peak_mb() - before,
     }
@@ -81,11 +90,25 @@ def measure(name: str, states: int, walls: bool) -> Row:
 
 def after_an_answer(case: Case, solve: Callable[[Any], Any], earlier: Any, first: float) -> Row:
     """What happens when one more answer comes: the program again, planning, the policy, the clusters."""
-    seconds, solution = timed(lambda: solve(case.posed(after=True)))
+    cpu, times = time.process_time(), repeats(case)
+    seconds, solution = timed(lambda: solve(case.posed(after=True)), times)
+    cpu = (time.process_time() - cpu) / times
     return {
-        'first_seconds': first, 'seconds': seconds, 'gap': max(earlier.gap, solution.gap),
-        **parts(case, solution), 'peak_mb': peak_mb(),
+        'first_seconds': first, 'seconds': seconds, 'cpu_seconds': cpu, 'gap': max(earlier.gap, solution.gap),
+        **preview(case, earlier), **parts(case, solution), 'peak_mb': peak_mb(),
     }
+
+
+def preview(case: Case, earlier: Any) -> Row:
+    """Seconds and gap of looking ahead at the answer from the solution before it, the first time and again."""
+    from advise_ros.core.local_program import Solved, is_large, near  # noqa: PLC0415
+
+    if not is_large(case.mdp):
+        return {}
+    solved = Solved(case.posed(), earlier)
+    first, _ = timed(lambda: near(case.posed(after=True), solved))
+    seconds, found = timed(lambda: near(case.posed(after=True), solved))
+    return {'first_preview_seconds': first, 'preview_seconds': seconds, 'preview_gap': found.gap if found else 1.0}
 
 
 def parts(case: Case, solution: Any) -> Row:
@@ -95,8 +118,8 @@ def parts(case: Case, solution: Any) -> Row:
     from advise_ros.core.learn_settings import LearnSettings  # noqa: PLC0415
     from advise_ros.core.mdp import boltzmann, plan  # noqa: PLC0415
 
-    planning, planned = timed(lambda: plan(case.mdp, solution.reward, solution.value))
-    policy, _ = timed(lambda: boltzmann(planned.q, 0.1))
+    planning, planned = timed(lambda: plan(case.mdp, solution.reward, solution.value), repeats(case))
+    policy, _ = timed(lambda: boltzmann(planned.q, 0.1), repeats(case))
     small, settings = make(25), LearnSettings()
     cluster_states(small.grid, Counts(small.taken), settings)  # The first call of all sets threads up.
     first, again = (timed(lambda: cluster_states(case.grid, Counts(case.taken), settings))[0] for _ in range(2))
@@ -142,6 +165,8 @@ def targets(rows: list[Row]) -> dict[str, Row]:
             aim(f'its gap, {states} states', near['gap'], 1e-6)
             if states == 100_000:
                 aim('peak memory, 100000 states, MB', near['peak_mb'], 600)
+                aim('preview of an answer, 100000 states, s', near['preview_seconds'], 0.3)
+                aim('its gap', near['preview_gap'], 1e-3)
     for part, program in (('plan', ''), ('policy', ''), ('cluster', ''), ('first_cluster', 'first_')):
         if ours:
             share = max(row[f'{part}_seconds'] / row[f'{program}seconds'] for row in ours.values())
