@@ -109,7 +109,8 @@ def test_a_split_is_drawn_and_each_part_asked_about(graph: Graph, learner: Learn
     anna = Person(browser, address)
     anna.asked(1)
     asked = list(learner.query_of(learner.policies[-1]).states)
-    anna.press('m')
+    anna.press('r', 'm')  # Drawing ends the replay, which would go on to other maps.
+    anna.shows('replay', 'Show how it was flown there')
     anna.page.locator('.over.drawing').first.wait_for()
     anna.press('x')
     anna.shows('sentence', f'1 of {len(asked)} cells goes another way')

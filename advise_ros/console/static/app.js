@@ -235,6 +235,7 @@ export default {
     unsure() { this.give(UNSURE); },
     mixed() {
       if (!this.open) return;
+      this.stopReplay();
       this.drawing = !this.drawing;
       this.part = new Set();
       this.cursor = this.drawing ? this.cells()[0] ?? -1 : -1;
@@ -284,6 +285,7 @@ export default {
     replay() {
       if (this.replaying >= 0) return this.stopReplay();
       if (!this.query?.moments.length) return;
+      this.layerBefore = this.layer;
       this.startMoment(0);
       this.showMap();
     },
@@ -303,6 +305,11 @@ export default {
       if (this.query && this.replaying + 1 < this.query.moments.length) this.startMoment(this.replaying + 1);
       else this.stopReplay();
     },
-    stopReplay() { this.replaying = -1; this.moving.moment = null; this.moved = true; },
+    // The map is again the one that was looked at.
+    stopReplay() {
+      if (this.replaying < 0) return;
+      this.layer = this.layerBefore;
+      this.replaying = -1; this.moving.moment = null; this.moved = true;
+    },
   },
 };
