@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+import numpy.typing as npt
+
 Vector = tuple[float, float, float]
 
 
@@ -11,6 +14,11 @@ def enu_from_ned(vector_ned: Vector) -> Vector:
     """North-east-down to east-north-up; metres or metres a second."""
     north, east, down = vector_ned
     return east, north, -down
+
+
+def enu_rows_from_ned(rows_ned: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    """As enu_from_ned, for (n, 3) at once."""
+    return rows_ned[:, [1, 0, 2]] * np.array([1.0, 1.0, -1.0])
 
 
 def ned_from_enu(vector_enu: Vector) -> Vector:

@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from advise_ros.core.errors import LogError
 from advise_ros.core.samples import CommandSamples, PoseSamples, Recording, VehicleEvent
+from advise_ros.recording import px4
 from advise_ros.recording.blocks import Block, Channel, Integers
 from advise_ros.recording.codec import Codec
 from advise_ros.recording.columns import STRINGS, Growing, read, why_unlike
@@ -22,7 +23,7 @@ MAP_FRAME = 'map'
 # ArduPilot's DDS sends positions east-north-up from its origin and calls their frame so all the same.
 ARDUPILOT_POSE, ARDUPILOT_FRAME = '/ap/pose/filtered', 'base_link'
 POSE_TYPES = (
-    'geometry_msgs/msg/PoseStamped', 'nav_msgs/msg/Odometry', 'geometry_msgs/msg/PoseWithCovarianceStamped',
+    'geometry_msgs/msg/PoseStamped', 'nav_msgs/msg/Odometry', 'geometry_msgs/msg/PoseWithCovarianceStamped', *px4.TYPES,
 )
 COMMAND_TYPE = 'geometry_msgs/msg/TwistStamped'
 STATUS_TYPE = 'advise_msgs/msg/VehicleStatus'
@@ -36,11 +37,13 @@ ProgressCallback = Callable[[int, int], None]
 class BagTopics(NamedTuple):
     """Names of the topics to read: a name without leading '/' is found in any namespace.
 
-    The first name of `pose` that the bag has is taken; the defaults fit advise_ros, MAVROS and ArduPilot's DDS.
+    The first name of `pose` that the bag has is taken; the defaults fit advise_ros, MAVROS and the DDS of ArduPilot and PX4.
     `required` names those besides the positions that the bag must have: 'command', 'status'.
     """
 
-    pose: tuple[str, ...] = ('/pose', 'local_position/pose', 'pose', 'local_position/odom', 'odom', 'ap/pose/filtered')
+    pose: tuple[str, ...] = (
+        '/pose', 'local_position/pose', 'pose', 'local_position/odom', 'odom', 'ap/pose/filtered', *px4.TOPICS,
+    )
     command: str = 'cmd_vel'
     status: str = 'vehicle_status'
     policy: str = 'policy/status'
@@ -140,7 +143,11 @@ class _Stretch:
 
     def __init__(self, channel: Channel) -> None:
         self.problem = why_unlike(channel)
-        self.strings = STRINGS[channel.type_name]
+        self._px4: px4.Layout | None = None
+        if channel.type_name in px4.TYPES and not self.problem:
+            self._px4 = px4.layout(channel)
+            self.problem = '' if self._px4 else f'the bag does not tell where {channel.type_name} has its stamp and position'
+        self.strings = STRINGS.get(channel.type_name, 0)
         self.frames = frozenset((MAP_FRAME,))
         if channel.topic.endswith(ARDUPILOT_POSE):
             self.frames |= {ARDUPILOT_FRAME}
@@ -150,7 +157,9 @@ class _Stretch:
         self._vectors = Growing(np.float64, 3)
 
     def take(self, block: Block, rows: Integers) -> None:
-        column = read(block, rows, self.strings, self.frames)
+        if self.problem:
+            return
+        column = px4.read(block, rows, self._px4) if self._px4 else read(block, rows, self.strings, self.frames)
         self._stamps_ns.add(column.stamps_ns)
         self._vectors.add(column.vectors)
         self._log_ns.add(column.log_ns)
@@ -211,7 +220,7 @@ class _Collected:
         }.get(channel.type_name, ())
         if not any(_is_named(topic, name) for name in wanted):
             return None
-        if channel.type_name not in STRINGS:
+        if channel.type_name not in STRINGS and channel.type_name not in px4.TYPES:
             return self._messages.setdefault(topic, _Messages(channel))
         if topic not in self._vectors:
             self._vectors[topic] = _Stretch(channel)

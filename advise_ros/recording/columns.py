@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-from rosbags.typesys import Stores, get_typestore
+from rosbags.interfaces import Nodetype
 
 from advise_ros.recording.blocks import Block, Channel, Integers, gather
 from advise_ros.recording.codec import parsed
@@ -25,6 +25,27 @@ STRINGS = {
     'geometry_msgs/msg/PoseWithCovarianceStamped': 1,
     'nav_msgs/msg/Odometry': 2,
     'geometry_msgs/msg/TwistStamped': 1,
+}
+POINT = ('float64 x', 'float64 y', 'float64 z')
+COVARIANCE = 'float64[36] covariance'
+# These types and what they are made of, as ROS 2 defines them. (rosbags knows them all, but takes long to load.)
+DEFINED = {
+    'builtin_interfaces/msg/Time': ('int32 sec', 'uint32 nanosec'),
+    'std_msgs/msg/Header': ('builtin_interfaces/msg/Time stamp', 'string frame_id'),
+    'geometry_msgs/msg/Point': POINT,
+    'geometry_msgs/msg/Vector3': POINT,
+    'geometry_msgs/msg/Quaternion': (*POINT, 'float64 w'),
+    'geometry_msgs/msg/Pose': ('geometry_msgs/msg/Point position', 'geometry_msgs/msg/Quaternion orientation'),
+    'geometry_msgs/msg/Twist': ('geometry_msgs/msg/Vector3 linear', 'geometry_msgs/msg/Vector3 angular'),
+    'geometry_msgs/msg/PoseWithCovariance': ('geometry_msgs/msg/Pose pose', COVARIANCE),
+    'geometry_msgs/msg/TwistWithCovariance': ('geometry_msgs/msg/Twist twist', COVARIANCE),
+    'geometry_msgs/msg/PoseStamped': ('std_msgs/msg/Header header', 'geometry_msgs/msg/Pose pose'),
+    'geometry_msgs/msg/PoseWithCovarianceStamped': ('std_msgs/msg/Header header', 'geometry_msgs/msg/PoseWithCovariance pose'),
+    'geometry_msgs/msg/TwistStamped': ('std_msgs/msg/Header header', 'geometry_msgs/msg/Twist twist'),
+    'nav_msgs/msg/Odometry': (
+        'std_msgs/msg/Header header', 'string child_frame_id', 'geometry_msgs/msg/PoseWithCovariance pose',
+        'geometry_msgs/msg/TwistWithCovariance twist',
+    ),
 }
 ENCAPSULATION, SECONDS_AT, NANOSECONDS_AT, LENGTH_AT, STRING_AT = 4, 4, 8, 12, 16
 PLAIN_CDR_LITTLE_ENDIAN = 0x0100  # The first two bytes, read as a little-endian number; no ROS 2 writes another.
@@ -57,7 +78,7 @@ class Column(NamedTuple):
 def why_unlike(channel: Channel) -> str:
     """Why a channel's definition is not that of ROS 2, '' if it is or if the bag holds none.
 
-    Types that ROS 2 does not ship are only checked for being readable.
+    Other types than those in DEFINED are only checked for being readable.
     """
     if not channel.definition:
         return ''
@@ -65,11 +86,18 @@ def why_unlike(channel: Channel) -> str:
         types = parsed(channel.type_name, channel.encoding, channel.definition)
     except Exception:  # noqa: BLE001  rosbags lets its parser's errors through
         return f'its definition of {channel.type_name} cannot be read'
-    shipped = get_typestore(Stores.ROS2_JAZZY).fielddefs
     for name, (_, fields) in types.items():
-        if name in shipped and list(shipped[name][1]) != list(fields):
+        if name in DEFINED and DEFINED[name] != tuple(f'{_spelt(kind)} {field}' for field, kind in fields):
             return f'its definition of {name} is not that of ROS 2'
     return ''
+
+
+def _spelt(kind: Any) -> str:
+    """The type of a field as messages write it."""
+    node, of = kind
+    if node == Nodetype.NAME:
+        return str(of)
+    return str(of[0]) if node == Nodetype.BASE else f'{_spelt(of[0])}[{of[1] or ""}]'
 
 
 def read(block: Block, rows: Integers, strings: int, frames: frozenset[str]) -> Column:

@@ -10,13 +10,12 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, NamedTuple, Protocol
 
+import yaml
 from mcap.records import Channel as ChannelRecord
 from mcap.records import Header, Message, Metadata, Schema
 from rosbags.highlevel import AnyReader
 from rosbags.interfaces import MessageDefinitionFormat
 from rosbags.typesys import Stores, get_typestore
-from ruamel.yaml import YAML
-from ruamel.yaml.error import YAMLError
 
 from advise_ros.core.errors import LogError
 from advise_ros.recording.blocks import PREFIX, Block, Channel, Row, from_chunk, from_rows, record_offsets
@@ -28,6 +27,8 @@ METADATA_FILE = 'metadata.yaml'
 LIBRARY = 'advise_ros'
 # Messages that come one by one are put together to so many.
 BATCH = 4096
+# By libyaml where PyYAML has it: bags with many topics have much metadata, and Python takes twenty times as long.
+LOADER = getattr(yaml, 'CSafeLoader', yaml.SafeLoader)
 OPCODES = {3: Schema, 4: ChannelRecord}
 ENCODINGS = {MessageDefinitionFormat.MSG: 'ros2msg', MessageDefinitionFormat.IDL: 'ros2idl'}
 NOT_THERE = 'there is no such file; name a bag directory or an .mcap file'
@@ -83,7 +84,7 @@ def open_source(path: str | Path) -> Source:
         return McapSource(bag, inside, [f'{METADATA_FILE} is missing; {_listed(inside)} was read'])
     try:
         return _described(bag, inside)
-    except (YAMLError, KeyError, TypeError, ValueError, OSError):
+    except (yaml.YAMLError, KeyError, TypeError, ValueError, OSError):
         if not inside:
             raise LogError(f'{path}: its {METADATA_FILE} is not one of rosbag2; was it edited or cut off?') from None
         return McapSource(bag, inside, [f'{METADATA_FILE} is not one of rosbag2; {_listed(inside)} was read'])
@@ -101,7 +102,8 @@ def _listed(files: list[Path]) -> str:
 
 def _described(bag: Path, inside: list[Path]) -> Source:
     """The bag that metadata.yaml tells of."""
-    values = YAML(typ='safe').load((bag / METADATA_FILE).read_text(encoding='utf-8'))['rosbag2_bagfile_information']
+    text = (bag / METADATA_FILE).read_text(encoding='utf-8')
+    values = yaml.load(text, Loader=LOADER)['rosbag2_bagfile_information']  # noqa: S506  a safe loader
     if str(values['storage_identifier']) != 'mcap' or values.get('compression_mode'):
         return RosbagsSource(bag)
     named = [bag / Path(str(name)).name for name in values['relative_file_paths']]

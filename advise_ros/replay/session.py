@@ -234,11 +234,9 @@ def _missing_fields(bag: Bag) -> tuple[str, ...]:
     installed, missing = Codec(), []
     for type_name in sorted(set(bag.topics.values()) & set(TYPES)):
         installed.learn(type_name, 'ros2msg', definition(type_name).text)
-    for type_name, (_, wanted) in installed.store.fielddefs.items():
-        if not bag.codec.knows(type_name):
-            continue
-        held = {name for name, _ in bag.codec.store.fielddefs[type_name][1]}
-        for name in (name for name, _ in wanted if name not in held):
+    all_held = bag.codec.fields()
+    for type_name, wanted in installed.fields().items():
+        for name in (name for name in wanted if name not in all_held.get(type_name, wanted)):
             if name in NEEDED.get(type_name, ()):
                 raise LogError(
                     f'{bag.path} was made by another version: its {type_name} has no field {name!r}; '
