@@ -171,14 +171,16 @@ class AdviseConfig:
     cluster_score: str = param('mean', 'U_c: mean (definition 4) or sum (algorithm 1)', choices=('mean', 'sum'))
     acquisition: str = param(
         'occupancy', 'what is asked about next: (paper) the highest U_c; where the policy flies and is unsure (occupancy), '
-        'is not explained by the reward (unexplained), or demonstrations disagree (disagreement); mixed: occupancy, then paper',
-        choices=('paper', 'occupancy', 'unexplained', 'mixed', 'disagreement', 'random'),
+        'is not explained by the reward (unexplained), or demonstrations disagree (disagreement); mixed: occupancy, then '
+        'paper; gain: the clusters, finer ones and single states whose answer is expected to put most right, for many moves '
+        'a state', choices=('paper', 'occupancy', 'unexplained', 'mixed', 'disagreement', 'random', 'gain'),
     )
     confirm: bool = param(
         True, 'ask once more after an answer that hardly any demonstration bears out; what is said most often holds',
     )
     enough: float = param(
-        0.0, 'ask no more when the best question is worth less than this much disagreement a visit [nat^2]; 0: never',
+        0.0, 'ask no more when the best question is worth less than this much disagreement a visit [nat^2]; with acquisition '
+        'gain: this share of the visits; 0: never',
         low=0.0, high=100.0,
     )
     slip: float = param(0.0, 'probability that a move goes elsewhere in the transition model', low=0.0, high=0.9)

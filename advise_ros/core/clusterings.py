@@ -94,6 +94,9 @@ def neighbours(terrain: Terrain) -> sparse.csr_array:
     return either
 
 
+# How many times as many clusters the finer ones have.
+FINER = (1.5, 2.0, 3.0)
+
 # (m,) cluster of each state.
 CLUSTERINGS: dict[str, Callable[[Terrain, Wanted], Ints]] = {
     'k_means': _k_means,
@@ -105,3 +108,9 @@ CLUSTERINGS: dict[str, Callable[[Terrain, Wanted], Ints]] = {
 def cluster(name: str, terrain: Terrain, wanted: Wanted) -> Ints:
     """(m,) labels by the named clustering, numbered by the lowest state of each cluster."""
     return canonical(CLUSTERINGS[name](terrain, wanted))
+
+
+def finer(name: str, terrain: Terrain, wanted: Wanted) -> list[Ints]:
+    """The named clustering (m,) with more and more clusters, for questions that may be about any of them."""
+    number = len(np.unique(cluster(name, terrain, wanted)))
+    return [cluster(name, terrain, wanted._replace(clusters=round(more * number))) for more in FINER]

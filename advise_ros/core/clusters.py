@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from advise_ros.core.clusterings import Terrain, Wanted, cluster
+from advise_ros.core.clusterings import Terrain, Wanted, cluster, finer
 from advise_ros.core.counts import Counts
 from advise_ros.core.grid import Grid
 from advise_ros.core.kmeans import canonical, k_means
@@ -14,7 +14,7 @@ from advise_ros.core.learn_settings import LearnSettings
 from advise_ros.core.mdp import mdp_of, occurring
 from advise_ros.core.numerics import Floats, Ints
 
-__all__ = ['NO_CLUSTER', 'canonical', 'cluster_states', 'k_means', 'split', 'structure']
+__all__ = ['NO_CLUSTER', 'canonical', 'cluster_states', 'finer_clusters', 'k_means', 'split', 'structure']
 
 NO_CLUSTER = -1
 
@@ -30,15 +30,36 @@ def cluster_states(grid: Grid, counts: Counts, settings: LearnSettings) -> Ints:
     Returns:
         (n,) labels, numbered by the lowest state of each cluster; NO_CLUSTER for states in which no flight acts.
     """
-    states = np.flatnonzero(occurring(grid))
-    labels = np.full(grid.n_states, NO_CLUSTER)
-    terrain = Terrain(
+    states, labels = _acting(grid)
+    labels[states] = cluster(settings.clustering, _terrain(grid, counts, settings), _wanted(settings))
+    return labels
+
+
+def finer_clusters(grid: Grid, counts: Counts, settings: LearnSettings) -> list[Ints]:
+    """The same clustering with more clusters, several times: the cluster of each state in each, as `cluster_states`."""
+    partitions = []
+    for found in finer(settings.clustering, _terrain(grid, counts, settings), _wanted(settings)):
+        states, labels = _acting(grid)
+        labels[states] = found
+        partitions.append(labels)
+    return partitions
+
+
+def _acting(grid: Grid) -> tuple[Ints, Ints]:
+    """States in which a flight acts, and labels (n,) without a cluster."""
+    return np.flatnonzero(occurring(grid)), np.full(grid.n_states, NO_CLUSTER)
+
+
+def _terrain(grid: Grid, counts: Counts, settings: LearnSettings) -> Terrain:
+    states, _ = _acting(grid)
+    return Terrain(
         mdp_of(grid, settings.slip, settings.gamma), states, counts.taken[states], settings.laplace,
         structure(grid)[states],
     )
-    wanted = Wanted(settings.clusters, settings.cluster_features, settings.seed)
-    labels[states] = cluster(settings.clustering, terrain, wanted)
-    return labels
+
+
+def _wanted(settings: LearnSettings) -> Wanted:
+    return Wanted(settings.clusters, settings.cluster_features, settings.seed)
 
 
 def split(

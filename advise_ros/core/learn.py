@@ -14,6 +14,7 @@ from advise_ros.core.counts import count
 from advise_ros.core.demonstration import Demonstration, standing
 from advise_ros.core.digest import digest, evidence, map_of
 from advise_ros.core.errors import InputError
+from advise_ros.core.gain import GAIN
 from advise_ros.core.grid import Grid
 from advise_ros.core.infer import Inferred, infer
 from advise_ros.core.learn_settings import LearnSettings
@@ -21,7 +22,7 @@ from advise_ros.core.local_program import Solved, is_large
 from advise_ros.core.mdp import mdp_of
 from advise_ros.core.numerics import Floats, Ints
 from advise_ros.core.queries import Numbering, Situation, drawn, mixed, next_query
-from advise_ros.core.trust import agreed
+from advise_ros.core.trust import agreed, narrowed
 from advise_ros.core.uncertainty import uncertainty
 
 __all__ = ['LearnSettings', 'Learned', 'learn']
@@ -126,6 +127,8 @@ def learn(  # noqa: PLR0913 - evidence and numbering of a session
     advice = advice_in(log)
     if settings.confirm and settings.slack_cost > 0:
         advice = agreed(advice, counts.taken)
+    if settings.acquisition == GAIN:
+        advice = narrowed(advice)
     inferred = infer(mdp, counts.favourite(), advice, settings, earlier)
     unsure = uncertainty(demonstrated, inferred.probabilities, settings.w_p)
     clusters = cluster_states(grid, counts, settings)

@@ -8,15 +8,17 @@ import numpy as np
 
 from advise_ros.core.acquisition import Ranking, cluster_uncertainty, doubt, select, unexplained
 from advise_ros.core.advice import AdviceRecord, Query, Verdict, active
+from advise_ros.core.clusters import finer_clusters
 from advise_ros.core.contradictions import advice_in
 from advise_ros.core.counts import Counts
+from advise_ros.core.gain import GAIN, Known, Worth, worth
 from advise_ros.core.grid import Grid
 from advise_ros.core.infer import Inferred
 from advise_ros.core.learn_settings import LearnSettings
 from advise_ros.core.mdp import Mdp, occupancy
 from advise_ros.core.numerics import Bools, Floats, Ints
 from advise_ros.core.question import Asked, question
-from advise_ros.core.trust import support, unconfirmed
+from advise_ros.core.trust import agreed, support, unconfirmed
 from advise_ros.core.uncertainty import Uncertainty, sources
 
 
@@ -47,7 +49,8 @@ class Asking(NamedTuple):
     Attributes:
         query: the question, None when the budget is spent, no cluster is open or there is enough advice.
         doubt_left: what the open cluster is worth that is worth most: how much the demonstrations contradict one
-            another where the policy goes, a visit [nat^2].
+            another where the policy goes, a visit [nat^2]; with the acquisition 'gain' the share of the policy's visits
+            that the best question is expected to put right.
         enough: it is worth less than the settings' `enough`.
     """
 
@@ -58,20 +61,42 @@ class Asking(NamedTuple):
 
 def next_query(situation: Situation, log: tuple[AdviceRecord, ...], numbering: Numbering) -> Asking:
     """SELECTQUERY, after a doubtful answer the same question again."""
-    settings, ranking = situation.settings, _ranking(situation, log)
-    candidates = open_clusters(situation.clusters, _covered(situation.grid, log))
-    left = _doubt_left(ranking, candidates)
+    settings, prospect = situation.settings, _prospect(situation, log)
     if budget_left(log, numbering.budget) == 0:
-        return Asking(None, left, False)
+        return Asking(None, prospect.left, False)
     again = unconfirmed(log, situation.counts.taken) if settings.confirm and settings.slack_cost > 0 else None
     if again is not None:
-        return Asking(_query(situation, np.array(again.states), log, numbering, again), left, False)
-    if left < settings.enough:
-        return Asking(None, left, bool(candidates.any()))
-    chosen = select(settings.acquisition, ranking, candidates)
-    if chosen is None:
-        return Asking(None, left, False)
-    return Asking(_query(situation, np.flatnonzero(situation.clusters == chosen), log, numbering), left, False)
+        return Asking(_query(situation, np.array(again.states), log, numbering, again), prospect.left, False)
+    if prospect.states is None or prospect.left < settings.enough:
+        return Asking(None, prospect.left, prospect.states is not None)
+    return Asking(_query(situation, prospect.states, log, numbering), prospect.left, False)
+
+
+class _Prospect(NamedTuple):
+    """States of the best question, None when none is open, and what it is worth."""
+
+    states: Ints | None
+    left: float
+
+
+def _prospect(situation: Situation, log: tuple[AdviceRecord, ...]) -> _Prospect:
+    if situation.settings.acquisition == GAIN:
+        found = _worth(situation, log)
+        return _Prospect(found.best(), found.most)
+    ranking = _ranking(situation, log)
+    candidates = open_clusters(situation.clusters, _covered(situation.grid, log))
+    chosen = select(situation.settings.acquisition, ranking, candidates)
+    states = None if chosen is None else np.flatnonzero(situation.clusters == chosen)
+    return _Prospect(states, _doubt_left(ranking, candidates))
+
+
+def _worth(situation: Situation, log: tuple[AdviceRecord, ...]) -> Worth:
+    """Of questions about clusters, finer ones and single states."""
+    counts, held = situation.counts, advice_in(log)
+    if situation.settings.confirm and situation.settings.slack_cost > 0:
+        held = agreed(held, counts.taken)
+    partitions = [situation.clusters, *finer_clusters(situation.grid, counts, situation.settings)]
+    return worth(partitions, Known(counts.taken, situation.inferred.greedy, _visits(situation), log, held))
 
 
 def _doubt_left(ranking: Ranking, candidates: Bools) -> float:
@@ -118,13 +143,12 @@ def drawn(log: tuple[AdviceRecord, ...]) -> list[tuple[int, ...]]:
 
 
 def _ranking(situation: Situation, log: tuple[AdviceRecord, ...]) -> Ranking:
-    settings, start = situation.settings, np.zeros(situation.grid.n_states)
-    start[situation.grid.start_state()] = 1.0
+    settings = situation.settings
     disagreement, scarcity = sources(situation.counts.taken, settings.laplace)
     return Ranking(
         situation.clusters,
         situation.unsure.state,
-        occupancy(situation.mdp, situation.inferred.probabilities, start),
+        _visits(situation),
         settings.cluster_score,
         np.random.default_rng([settings.seed, len(active(log))]),
         disagreement,
@@ -132,6 +156,13 @@ def _ranking(situation: Situation, log: tuple[AdviceRecord, ...]) -> Ranking:
         unexplained(situation.inferred.q, situation.counts.favourite(), settings.margin_cap),
         len(advice_in(log)),
     )
+
+
+def _visits(situation: Situation) -> Floats:
+    """(n,) that the policy is expected to pay."""
+    start = np.zeros(situation.grid.n_states)
+    start[situation.grid.start_state()] = 1.0
+    return occupancy(situation.mdp, situation.inferred.probabilities, start)
 
 
 def _query(

@@ -7,6 +7,7 @@ that prefers what was hardly ever flown in a whole cluster is therefore more lik
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import replace
 from itertools import groupby
 
 from scipy.stats import binom
@@ -52,6 +53,20 @@ def agreed(answers: Iterable[AdviceRecord], taken: Ints) -> tuple[AdviceRecord, 
     """
     held = {one.advice_id for _, records in _by_states(answers) for one in _prevailing(records, taken)}
     return tuple(one for one in answers if one.advice_id in held)
+
+
+def narrowed(answers: Iterable[AdviceRecord]) -> tuple[AdviceRecord, ...]:
+    """Each answer in the states where it is the most particular one: that about fewer states prevails.
+
+    Of answers about equally many states all hold.
+    """
+    said = tuple(answers)
+    fewest: dict[int, int] = {}
+    for one in said:
+        for state in one.states:
+            fewest[state] = min(len(one.states), fewest.get(state, len(one.states)))
+    left = (replace(one, states=tuple(s for s in one.states if fewest[s] == len(one.states))) for one in said)
+    return tuple(one for one in left if one.states)
 
 
 def _prevailing(records: list[AdviceRecord], taken: Ints) -> list[AdviceRecord]:

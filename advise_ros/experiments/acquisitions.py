@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from advise_ros.core.gain import GAIN
 from advise_ros.core.numerics import Floats
 from advise_ros.domains.domain import Domain
 from advise_ros.experiments.figures import Trials
@@ -19,27 +20,23 @@ ABOUT = 'ways to ask: answers needed, the whole curve, errors of the expert, and
 ERRORS = (0.0, 0.1, 0.2)
 # Share of the performance with all ideal clusters advised that counts as learnt.
 LEARNT = 0.95
-# The stopping rule tested: doubt_left below this (parameter `enough`).
-ENOUGH = 0.03
+# The stopping rule tested: doubt_left below this (parameter `enough`); its unit depends on what decides the questions.
+ENOUGH, ENOUGH_GAIN = 0.03, 0.02
 # Performance this near to the best of a trial is as good, as a share of it; stopping so many questions off is on time.
 AS_GOOD, ON_TIME = 0.01, 2
 
 IDEAL = Variant('ideal', clustering='ideal', acquisition='disagreement', temperature=0.1)
 PAPER = Variant('paper')
-OWN = Variant(
-    'own', clustering='evidence', clusters=0, features=1.0, acquisition='disagreement', temperature=0.1, confirm=True,
+EVIDENCE = Variant(
+    'evidence', clustering='evidence', clusters=0, features=1.0, acquisition='disagreement', temperature=0.1, confirm=True,
 )
+GAINS = Variant('gain', acquisition='gain', temperature=0.1, confirm=True)
 VARIANTS = (
     IDEAL,
     PAPER,
-    Variant('occupancy', acquisition='occupancy', temperature=0.1),
-    Variant('unexplained', acquisition='unexplained', temperature=0.1),
-    Variant('mixed', acquisition='mixed', temperature=0.1),
     Variant('disagreement', acquisition='disagreement', temperature=0.1),
-    Variant('features', features=1.0, acquisition='occupancy', temperature=0.1),
-    Variant('connected', clustering='connected', features=1.0, acquisition='disagreement', temperature=0.1),
-    Variant('own, each once', 'evidence', 'disagreement', clusters=0, features=1.0, temperature=0.1),
-    OWN,
+    EVIDENCE,
+    GAINS,
 )
 
 
@@ -103,7 +100,7 @@ def row(domain: Domain, variant: Variant, error_rate: float, found: Sequence[Int
     means = np.array([point.mean for point in points])
     sign = 1.0 if domain.measure.higher_is_better else -1.0
     best = np.array([_best_stop(sign * curve) for curve in curves])
-    stopped = np.array([_stops(one.doubt) for one in found])
+    stopped = np.array([_stops(one.doubt, variant) for one in found])
     given_up = sign * (curves[:, -1] - curves[np.arange(len(curves)), stopped])
     return Row(
         domain.name, variant.name, error_rate, len(found), _answers(domain, means, ideal), area.mean, area.ci95,
@@ -123,9 +120,9 @@ def _best_stop(curve: Floats) -> int:
     return int((curve >= curve.max() - AS_GOOD * abs(curve.max())).argmax())
 
 
-def _stops(doubts: Sequence[float]) -> int:
+def _stops(doubts: Sequence[float], variant: Variant) -> int:
     """Questions after which the rule stops."""
-    low = np.array(doubts) < ENOUGH
+    low = np.array(doubts) < (ENOUGH_GAIN if variant.acquisition == GAIN else ENOUGH)
     return int(low.argmax()) if low.any() else len(doubts) - 1
 
 

@@ -43,6 +43,15 @@ class Clustering(NamedTuple):
             labels[acting] = self._found(method)
         return labels
 
+    def partitions(self, method: Method) -> list[Ints]:
+        """The labels (n,) of a method's clusters, and of finer ones."""
+        partitions = [self.labels(method)]
+        for found in clusterings.finer(method.clustering, self._terrain(), self._wanted(method)):
+            labels = np.full(self.domain.mdp.n_states, NO_CLUSTER)
+            labels[self.domain.acting] = found
+            partitions.append(labels)
+        return partitions
+
     def _ideal(self, quality: float) -> Ints:
         """States with the same optimal action; `1 - quality` of them displaced into another cluster, drawn evenly."""
         kinds, labels = np.unique(self.domain.habit[self.domain.acting], return_inverse=True)
@@ -52,10 +61,15 @@ class Clustering(NamedTuple):
 
     def _found(self, method: Method) -> Ints:
         """By one of the core's clusterings."""
+        return clusterings.cluster(method.clustering, self._terrain(), self._wanted(method))
+
+    def _terrain(self) -> Terrain:
         domain, acting = self.domain, self.domain.acting
-        terrain = Terrain(domain.mdp, acting, self.counts.taken[acting], self.protocol.laplace, domain.features[acting])
+        return Terrain(domain.mdp, acting, self.counts.taken[acting], self.protocol.laplace, domain.features[acting])
+
+    def _wanted(self, method: Method) -> Wanted:
         number = self.protocol.clusters if method.clusters is None else method.clusters
-        return clusterings.cluster(method.clustering, terrain, Wanted(number, method.features, self.seed))
+        return Wanted(number, method.features, self.seed)
 
 
 def quality(domain: Domain, labels: Ints) -> float:

@@ -11,9 +11,11 @@ import numpy as np
 from advise_ros.core.acquisition import Ranking, cluster_uncertainty, doubt, select, unexplained
 from advise_ros.core.advice import AdviceRecord, Verdict
 from advise_ros.core.contradictions import advice_in, preferences
-from advise_ros.core.mdp import boltzmann, occupancy
+from advise_ros.core.gain import GAIN, Known, Worth, worth
+from advise_ros.core.mdp import boltzmann, greedy, occupancy
 from advise_ros.core.numerics import Bools, Floats, Ints
-from advise_ros.core.trust import agreed, unconfirmed
+from advise_ros.core.program import Preference
+from advise_ros.core.trust import agreed, narrowed, unconfirmed
 from advise_ros.core.uncertainty import sources, uncertainty
 from advise_ros.domains.people import advise
 from advise_ros.experiments.learner import Fitted, fit
@@ -56,15 +58,18 @@ def interviews(protocol: Protocol, variants: tuple[Variant, ...], seed: int) -> 
 
 
 class _Stand(NamedTuple):
-    """What is known after some answers, and which clusters are open."""
+    """What is known after some answers, which clusters are open, and what questions are worth where that decides."""
 
     fitted: Fitted
     ranking: Ranking
     open: Bools
+    worth: Worth | None
 
     @property
     def doubt_left(self) -> float:
         """As `core.queries.Asking`."""
+        if self.worth is not None:
+            return self.worth.most
         visits = self.ranking.occupancy
         worth: Floats = cluster_uncertainty(self.ranking.labels, doubt(self.ranking) * visits, 'sum')
         return float(worth[self.open].max(initial=0.0)) / float(visits[self.ranking.labels >= 0].sum())
@@ -84,14 +89,15 @@ def _stands(shown: Shown, variant: Variant, fitted: Fitted) -> Iterator[_Stand]:
     asked = np.zeros(labels.max() + 1, dtype=np.bool_)
     log: tuple[AdviceRecord, ...] = ()
     for number in range(1, BUDGET + 2):
-        stand = _Stand(fitted, _ranking(shown, variant, labels, (fitted, log)), ~asked)
+        ranking = _ranking(shown, variant, labels, (fitted, log))
+        stand = _Stand(fitted, ranking, ~asked, _worth(shown, variant, ranking, (fitted, log)))
         yield stand
         states = _states(shown, variant, stand, log)
         if states is None:
             return
         asked[labels[states[0]]] = True
         log += (_answer(shown, states, number, expert),)
-        advice = preferences(_held(shown, variant, log))
+        advice = _preferences(variant, _held(shown, variant, log))
         fitted = fit(shown.domain, shown.protocol, shown.counts, advice, fitted.solution)
 
 
@@ -113,11 +119,24 @@ def _ranking(
     )
 
 
+def _worth(
+    shown: Shown, variant: Variant, ranking: Ranking, known: tuple[Fitted, tuple[AdviceRecord, ...]],
+) -> Worth | None:
+    if variant.acquisition != GAIN:
+        return None
+    fitted, log = known
+    held = _held(shown, variant, log)
+    taken = shown.counts.taken
+    return worth(shown.partitions(variant), Known(taken, greedy(fitted.q), ranking.occupancy, log, held))
+
+
 def _states(shown: Shown, variant: Variant, stand: _Stand, log: tuple[AdviceRecord, ...]) -> Ints | None:
     """What is asked about next."""
     again = unconfirmed(log, shown.counts.taken) if variant.confirm else None
     if again is not None:
         return np.array(again.states)
+    if stand.worth is not None:
+        return stand.worth.best()
     chosen = select(variant.acquisition, stand.ranking, stand.open)
     return None if chosen is None else np.flatnonzero(stand.ranking.labels == chosen)
 
@@ -127,6 +146,10 @@ def _answer(shown: Shown, states: Ints, number: int, expert: np.random.Generator
     preferred, avoided = ((), ()) if said is None else said
     verdict = Verdict.SKIP if said is None else Verdict.ANSWER
     return AdviceRecord(number, number, tuple(states.tolist()), preferred, avoided, verdict)
+
+
+def _preferences(variant: Variant, held: tuple[AdviceRecord, ...]) -> dict[int, Preference]:
+    return preferences(narrowed(held) if variant.acquisition == GAIN else held)
 
 
 def _held(shown: Shown, variant: Variant, log: tuple[AdviceRecord, ...]) -> tuple[AdviceRecord, ...]:

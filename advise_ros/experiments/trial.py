@@ -37,8 +37,15 @@ class Shown(NamedTuple):
 
     def clusters(self, method: Method) -> Ints:
         """(n,) labels of a method's clusters."""
-        displaced = self.generator('displaced')
-        return Clustering(self.domain, self.protocol, self.counts, self.seed, displaced).labels(method)
+        return self._clustering.labels(method)
+
+    def partitions(self, method: Method) -> list[Ints]:
+        """The labels (n,) of a method's clusters, and of finer ones."""
+        return self._clustering.partitions(method)
+
+    @property
+    def _clustering(self) -> Clustering:
+        return Clustering(self.domain, self.protocol, self.counts, self.seed, self.generator('displaced'))
 
 
 def show(protocol: Protocol, seed: int) -> Shown:

@@ -1,0 +1,113 @@
+"""How likely each action is the right one in each state, from what a person who errs did there.
+
+In most states a person takes the right action but for slips; in the others he takes the same wrong one again and
+again, and the right one now and then. How often he slips, how often he takes his mistake where he has one, and which
+mistakes he makes for which right actions, is estimated from all states together by expectation maximisation, with a
+prior that a few hundred moves outweigh.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+
+from advise_ros.core.numerics import Floats, Ints
+
+# Of the actions in a state without a mistake so many are right; in one with a mistake, the right one and the mistake.
+RIGHT, RESCUED, MISTAKEN = 0.9, 0.22, 0.7
+# The share of the states with a mistake.
+MISTAKES = 0.25
+# The prior counts as much as so many moves, and as so many states.
+PRIOR_MOVES, PRIOR_STATES = 20.0, 4.0
+ROUNDS = 10
+# Bounds that keep one person's extremes from being taken for certainty.
+MOST_RIGHT, MOST_TOGETHER = 0.98, 0.98
+RESCUED_BOUNDS = (0.05, 0.45)
+LEAST_OTHER = 1e-4
+
+
+class _Person(NamedTuple):
+    """How someone errs.
+
+    Attributes:
+        right: share of right actions where he makes no mistake.
+        rescued, mistaken: shares of the right action and of the mistake where he makes one.
+        pairs: (n_actions, n_actions) share of the states with this right action and that mistake, none on the diagonal.
+    """
+
+    right: float
+    rescued: float
+    mistaken: float
+    pairs: Floats
+
+    def log_joint(self, taken: Floats) -> Floats:
+        """(m, n_actions, n_actions) log probability of the counts with each right action and mistake."""
+        n_actions, visits = taken.shape[1], taken.sum(axis=1)
+        other = max((1.0 - self.rescued - self.mistaken) / max(n_actions - 2, 1), LEAST_OTHER)
+        rest = visits[:, None, None] - taken[:, :, None] - taken[:, None, :]
+        joint: Floats = np.log(self.pairs) + taken[:, :, None] * np.log(self.rescued) + (
+            taken[:, None, :] * np.log(self.mistaken) + rest * np.log(other)
+        )
+        slip = (1.0 - self.right) / (n_actions - 1)
+        honest = taken * np.log(self.right) + (visits[:, None] - taken) * np.log(slip)
+        every = np.arange(n_actions)
+        joint[:, every, every] = np.log(np.diag(self.pairs)) + honest
+        return joint
+
+
+def shares(logs: Floats) -> Floats:
+    """Distributions along the last axis from logarithms of any scale."""
+    weight = np.exp(logs - logs.max(axis=-1, keepdims=True))
+    normal: Floats = weight / weight.sum(axis=-1, keepdims=True)
+    return normal
+
+
+def log_beliefs(taken: Ints) -> Floats:
+    """(m, n_actions) log probability that an action is right, up to a constant a state.
+
+    Args:
+        taken: (m, n_actions) demonstrated actions.
+    """
+    logs = _remembered(taken.astype(np.int64).tobytes(), taken.shape[1])
+    return np.frombuffer(logs).reshape(taken.shape)
+
+
+@lru_cache(maxsize=16)
+def _remembered(moves: bytes, n_actions: int) -> bytes:
+    """Answers do not change what was shown."""
+    taken = np.frombuffer(moves, dtype=np.int64).reshape(-1, n_actions)
+    rows, which, weight = np.unique(taken, axis=0, return_inverse=True, return_counts=True)
+    counts, person = rows.astype(np.float64), _anyone(n_actions)
+    for _ in range(ROUNDS):
+        person = _fitted(person, counts, weight * (counts.sum(axis=1) > 0))
+    joint = shares(person.log_joint(counts).reshape(len(counts), -1)).reshape(len(counts), *person.pairs.shape)
+    logs: Floats = np.log(np.maximum(joint.sum(axis=2), np.finfo(float).tiny))
+    return logs[which.ravel()].tobytes()
+
+
+def _anyone(n_actions: int) -> _Person:
+    pairs = np.full((n_actions, n_actions), MISTAKES / (n_actions - 1) / n_actions)
+    np.fill_diagonal(pairs, (1.0 - MISTAKES) / n_actions)
+    return _Person(RIGHT, RESCUED, MISTAKEN, pairs)
+
+
+def _fitted(person: _Person, taken: Floats, weight: Ints) -> _Person:
+    """One round: whom the counts (m, n_actions) of so many states each speak for."""
+    joint = person.log_joint(taken)
+    share = shares(joint.reshape(len(joint), -1)).reshape(joint.shape) * weight[:, None, None]
+    visits, honest = taken.sum(axis=1), np.diagonal(share, axis1=1, axis2=2)
+    wrong = share.copy()
+    np.einsum('saa->sa', wrong)[:] = 0.0
+    rescued = _rate((wrong * taken[:, :, None]).sum(), (wrong * visits[:, None, None]).sum(), RESCUED)
+    mistaken = _rate((wrong * taken[:, None, :]).sum(), (wrong * visits[:, None, None]).sum(), MISTAKEN)
+    rescued = min(max(rescued, RESCUED_BOUNDS[0]), RESCUED_BOUNDS[1])
+    scale = min(1.0, MOST_TOGETHER / (rescued + mistaken))
+    pairs = share.sum(axis=0) + PRIOR_STATES * _anyone(taken.shape[1]).pairs
+    right = _rate((honest * taken).sum(), (honest * visits[:, None]).sum(), RIGHT)
+    return _Person(min(right, MOST_RIGHT), scale * rescued, scale * mistaken, pairs / pairs.sum())
+
+
+def _rate(successes: float, moves: float, prior: float) -> float:
+    return float((successes + PRIOR_MOVES * prior) / (moves + PRIOR_MOVES))
