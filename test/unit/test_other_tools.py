@@ -13,6 +13,7 @@ from std_srvs.srv import Trigger
 
 from advise_msgs.srv import AnswerQuery, PreviewAnswer
 from advise_ros.recording.messages import Bag
+from advise_ros.ros.subscriptions import message_class
 from advise_ros.ros.topics import RECORDED
 
 ROOT = Path(__file__).parents[2]
@@ -49,6 +50,22 @@ def test_the_layout_names_what_there_is() -> None:
     for name, service in (('answer', AnswerQuery), ('preview', PreviewAnswer), ('hold', Trigger), ('undo', Trigger)):
         request = json.loads(panels[f'CallService!{name}']['requestPayload'])
         assert set(request) == set(service.Request.get_fields_and_field_types())
+
+
+def test_panels_of_the_layout_show_fields_that_there_are() -> None:
+    panels = json.loads((ROOT / 'config' / 'foxglove.json').read_text())['configById']
+    assert {name.split('!')[0] for name in panels} == {'3D', 'RawMessages', 'CallService', 'Plot'}
+    plot = panels['Plot!track']
+    paths = [panel['topicPath'] for panel in panels.values() if 'topicPath' in panel]
+    for path in (*paths, *(one['value'] for one in plot['paths']), plot['xAxisPath']['value']):
+        topic, *fields = path.lstrip('/').split('.')
+        assert _has(message_class(RECORDED[topic][0])(), fields), path
+
+
+def _has(message: object, fields: list[str]) -> bool:
+    for name in fields:
+        message = getattr(message, name, None)
+    return message is not None
 
 
 def test_the_workflow_in_the_docs_is_one() -> None:
