@@ -22,6 +22,7 @@ from advise_ros.core.discretise import DiscretiseSettings
 from advise_ros.core.errors import AdviseError, LogError
 from advise_ros.core.grid import Grid
 from advise_ros.core.tracker import check_hysteresis
+from advise_ros.exits import INTERRUPTED, OK, USAGE, fail
 from advise_ros.recording.bags import DEFAULT_TOPICS, BagTopics
 from advise_ros.recording.dataset import Dataset, save_dataset
 from advise_ros.recording.demofile import save_demonstrations
@@ -29,7 +30,6 @@ from advise_ros.recording.gridfile import load_grid
 from advise_ros.recording.harvest import Harvest, Task, harvest, harvest_all
 from advise_ros.recording.sources import find_recordings
 
-OK, USAGE, INTERRUPTED = 0, 2, 130
 NS = 1_000_000_000
 TABLE_COLUMNS = 120  # Where the terminal does not tell its width.
 WAYPOINTS_SHOWN = 6
@@ -72,10 +72,9 @@ def run(argv: Sequence[str]) -> int:
         if options.out and outcome.demonstrations:
             _save(options.out, outcome, grid, settings)
     except AdviseError as problem:
-        return _fail(str(problem))
+        return fail(str(problem))
     except KeyboardInterrupt:
-        print('stopped; nothing was written', file=sys.stderr, flush=True)
-        return INTERRUPTED
+        return fail('stopped; nothing was written', INTERRUPTED)
     _report(outcome, grid, options.out)
     return USAGE if outcome.failures else OK
 
@@ -86,11 +85,6 @@ def _save(out: str, outcome: Outcome, grid: Grid, settings: DiscretiseSettings) 
         return
     found = tuple(outcome.demonstrations)
     save_dataset(out, Dataset(grid, found, settings, outcome.recordings, tuple(outcome.failures)))
-
-
-def _fail(sentence: str) -> int:
-    print(f'error: {sentence}', file=sys.stderr, flush=True)
-    return USAGE
 
 
 # -- options ---------------------------------------------------------------------------------------
@@ -206,7 +200,7 @@ def _report(outcome: Outcome, grid: Grid, out: str | None) -> None:
         count = len(outcome.demonstrations)
         console.print(f'{count} demonstration{"s" * (count > 1)} written to {out}', markup=False)
     for failure in outcome.failures:
-        _fail(failure)
+        fail(failure)
 
 
 def _table(demonstrations: Sequence[Demonstration], grid: Grid) -> Table:

@@ -8,9 +8,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from advise_ros.core.errors import AdviseError, LogError
+from advise_ros.exits import INTERRUPTED, OK, USAGE, VERDICT_NO, fail
 from advise_ros.recording.mend import recover
-
-OK, NOTHING_WHOLE, USAGE, INTERRUPTED = 0, 1, 2, 130
 
 EPILOG = """examples:
   ./advise recover session1                   writes session1_recovered
@@ -33,22 +32,17 @@ def run(argv: Sequence[str]) -> int:
     try:
         found = recover(options.bag, options.out)
     except LogError as problem:
-        return _fail(str(problem), NOTHING_WHOLE if options.bag.exists() else USAGE)
+        return fail(str(problem), VERDICT_NO if options.bag.exists() else USAGE)
     except AdviseError as problem:
-        return _fail(str(problem), USAGE)
+        return fail(str(problem))
     except KeyboardInterrupt:
-        return _fail('stopped; nothing was written', INTERRUPTED)
+        return fail('stopped; nothing was written', INTERRUPTED)
     if found.target is None:
         print(f'{options.bag} is whole; there is nothing to recover')
         return OK
     print('\n'.join(found.told))
     print(f'{found.n_messages} messages are in {found.target}')
     return OK
-
-
-def _fail(sentence: str, code: int) -> int:
-    print(f'error: {sentence}', file=sys.stderr, flush=True)
-    return code
 
 
 def _parser() -> argparse.ArgumentParser:

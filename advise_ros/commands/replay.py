@@ -12,13 +12,13 @@ from pathlib import Path
 from rich.console import Console
 
 from advise_ros.core.errors import AdviseError, InputError
+from advise_ros.exits import INTERRUPTED, OK, VERDICT_NO, fail
 from advise_ros.replay.against import against, load_baseline
 from advise_ros.replay.check import check
 from advise_ros.replay.junit import to_junit
 from advise_ros.replay.overrides import parse
 from advise_ros.replay.report import Report, show
 
-OK, DIFFERS, USAGE, INTERRUPTED = 0, 1, 2, 130
 REPORT_COLUMNS = 120  # Where the terminal does not tell its width.
 
 EPILOG = """Rebuilds, without a ROS graph: demonstrations from positions and commands, their windows from the vehicle's
@@ -52,15 +52,13 @@ def run(argv: Sequence[str]) -> int:
         if options.junit:
             _write(options.junit, to_junit(report))
     except AdviseError as problem:
-        print(f'error: {problem}', file=sys.stderr, flush=True)
-        return USAGE
+        return fail(str(problem))
     except KeyboardInterrupt:
-        print('stopped before the verdict', file=sys.stderr, flush=True)
-        return INTERRUPTED
+        return fail('stopped before the verdict', INTERRUPTED)
     if '-' not in (options.json, options.junit):
         console = Console()
         show(report, console if console.is_terminal else Console(width=REPORT_COLUMNS))
-    return OK if report.agrees else DIFFERS
+    return OK if report.agrees else VERDICT_NO
 
 
 def _report(options: argparse.Namespace) -> Report:

@@ -16,10 +16,11 @@ from rclpy.signals import SignalHandlerOptions
 
 from advise_ros import config
 from advise_ros.core.errors import AdviseError
+from advise_ros.exits import OK, USAGE, VERDICT_NO, fail
 from advise_ros.ros import arguments, introspection
 from advise_ros.ros.executor import make_executor
 
-OK, VERDICT_NO, USAGE = 0, 1, 2
+__all__ = ['OK', 'USAGE', 'VERDICT_NO', 'fail', 'help_text', 'run_node']
 
 
 def help_text(name: str, doc: str, config_class: type[Any]) -> str:
@@ -34,12 +35,6 @@ def help_text(name: str, doc: str, config_class: type[Any]) -> str:
     lines.extend(textwrap.wrap(introspection.DESCRIPTION, 92, initial_indent='      ', subsequent_indent='      '))
     lines += ['', 'Without the ros2 command: ./advise ' + name + ' [the same arguments]']
     return '\n'.join(lines)
-
-
-def fail(message: str) -> int:
-    """One sentence on stderr; returns the exit code for wrong usage or input."""
-    print(f'error: {message}', file=sys.stderr, flush=True)
-    return USAGE
 
 
 def run_node(node_class: type[Node], config_class: type[Any], argv: Sequence[str] | None = None) -> int:

@@ -58,6 +58,12 @@ class Numbered:
             self.longest_call_s = max(self.longest_call_s, time.monotonic() - begun_s)
             next_s += self._period_s
 
+    def __enter__(self) -> Numbered:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.stop()
+
     def stop(self) -> None:
         self._over.set()
         self._thread.join()
@@ -85,8 +91,7 @@ def numbers(file: Path) -> list[int]:
 def kills(folder: Path, rng: np.random.Generator, trials: int) -> list[Row]:
     """SIGKILL at a random moment of a recording; the age of the oldest message that is missing."""
     lost_s, broken = [], []
-    with private_graph() as graph:
-        poses = Numbered(graph, RATE_HZ)
+    with private_graph() as graph, Numbered(graph, RATE_HZ) as poses:
         for trial in range(trials):
             bag = folder / f'killed{trial}'
             logger = start(graph, bag)
@@ -101,7 +106,6 @@ def kills(folder: Path, rng: np.random.Generator, trials: int) -> list[Row]:
             lost_s.append(killed_s - poses.sent_s[found[-1] + 1] if len(poses.sent_s) > found[-1] + 1 else 0.0)
             if recover(bag).n_messages < len(found):
                 broken.append(f'kill {trial}: recover finds less')
-        poses.stop()
     return [row(('recording', 'logger killed (-9)', 'seconds lost'), lost_s, LIMIT_S, broken)]
 
 
@@ -172,12 +176,11 @@ def full_disk(folder: Path, rng: np.random.Generator, trials: int) -> list[Row]:
         with small_disk(place) as (disk, prefix, kind), private_graph() as graph:
             kinds.add(kind)
             heard = graph.listen('/diagnostics', DiagnosticArray)
-            poses = Numbered(graph, 4000.0)
-            logger = start(graph, disk / 'bag', *prefix, compression='none', min_free_mib=0)
-            graph.wait_until(lambda: errors(heard), what='an alarm')  # noqa: B023  called at once
-            sent = len(poses.sent_s)
-            graph.wait_until(lambda: len(poses.sent_s) > sent + 1000, what='the poses to go on')  # noqa: B023
-            poses.stop()
+            with Numbered(graph, 4000.0) as poses:
+                logger = start(graph, disk / 'bag', *prefix, compression='none', min_free_mib=0)
+                graph.wait_until(lambda: errors(heard), what='an alarm')  # noqa: B023  called at once
+                sent = len(poses.sent_s)
+                graph.wait_until(lambda: len(poses.sent_s) > sent + 1000, what='the poses to go on')  # noqa: B023
             alarms.append(float(len(errors(heard))))
             if not logger.running:
                 broken.append(f'trial {trial}: the logger has ended')
