@@ -17,6 +17,7 @@ from advise_ros.core.grid import Grid
 from advise_ros.core.sentry import Sentry, SentrySettings
 from advise_ros.recording.gridfile import load_grid
 from advise_ros.ros import diagnostics, parameters, qos, run
+from advise_ros.ros.arrival import ArrivalWatch
 from advise_ros.ros.convert import MAP_FRAME, stamp_to_ns
 from advise_ros.ros.deadline import Deadline
 from advise_ros.ros.flying import velocity_command
@@ -119,6 +120,7 @@ class Guard(ManagedNode):
         self.config = parameters.load(self, GuardConfig)
         self._limits = guard.Limits()
         self._sentry = sentry_of(self.config, self._limits)
+        self._arrivals = ArrivalWatch()
         self._commanded = False
         self.diagnostics.meter('pose', 'cmd_vel')
         self._checked = self.create_publisher(TwistStamped, 'guard/cmd_vel', qos.COMMAND)
@@ -150,12 +152,15 @@ class Guard(ManagedNode):
             timer.cancel()
 
     # -- commands ----------------------------------------------------------------------------
-    def _on_pose(self, message: PoseStamped) -> None:
+    def _on_pose(self, message: PoseStamped, info: dict[str, int]) -> None:
+        waited = self._arrivals.waited_s(info)
+        if waited > self.config.pose_timeout_s:
+            return  # We were held up: it says where the vehicle was long ago.
         at, header = message.pose.position, message.header
         header.frame_id = MAP_FRAME if header.frame_id == self.config.pose_frame else header.frame_id
-        now_s, now_ns = time.monotonic(), self.get_clock().now().nanoseconds
+        now_s, now_ns = time.monotonic() - waited, self.get_clock().now().nanoseconds
         self._sentry.pose((at.x, at.y, at.z), header.frame_id, now_s, stamp_ns=stamp_to_ns(header.stamp), now_ns=now_ns)
-        self._late_pose.came()
+        self._late_pose.came(waited)
         self._pose.publish(message)
         self.diagnostics.tick('pose')
 

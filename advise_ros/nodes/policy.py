@@ -25,6 +25,7 @@ from advise_ros.core.policy_flight import Phase, PolicyFlight, check_start
 from advise_ros.core.seeking import ZERO
 from advise_ros.recording.gridfile import load_grid
 from advise_ros.ros import parameters, qos, run
+from advise_ros.ros.arrival import ArrivalWatch
 from advise_ros.ros.deadline import Deadline
 from advise_ros.ros.diagnostics import OK, WARN
 from advise_ros.ros.flight_teller import FlightTeller
@@ -33,9 +34,8 @@ from advise_ros.ros.goal_patience import GoalPatience
 from advise_ros.ros.managed import ManagedNode
 from advise_ros.ros.policy_shelf import PolicyShelf
 
-# After a flight zero velocity is sent for this long, then nothing: another node may fly.
-HOLD_S = 1.0
-DIAGNOSE_PERIOD_S = 0.5
+# After a flight zero velocity is sent for so long, then nothing: another node may fly.
+HOLD_S, DIAGNOSE_PERIOD_S = 1.0, 0.5
 
 
 class Flying(NamedTuple):
@@ -84,7 +84,7 @@ class PolicyNode(ManagedNode):
     def _forget(self, grid: Grid | None) -> None:
         """What was heard so far counts no more."""
         self._shelf = PolicyShelf(self.config, grid)
-        self._gate = PoseGate()
+        self._gate, self._arrivals = PoseGate(), ArrivalWatch()
         self._vehicle: VehicleStatus | None = None
         self._pose: Pose | None = None
         self._pose_at_s = 0.0
@@ -129,16 +129,19 @@ class PolicyNode(ManagedNode):
             mode = f'mode {message.mode}' if message.armed else 'it is disarmed'
             self._end(Phase.STOPPED, f'the vehicle takes no commands any more ({mode})')
 
-    def _on_pose(self, message: PoseStamped) -> None:
+    def _on_pose(self, message: PoseStamped, info: dict[str, int]) -> None:
+        waited = self._arrivals.waited_s(info)
+        if waited > self.config.pose_timeout_s:
+            return  # We were held up: it says where the vehicle was long ago.
         if self._flying is None:
             self._gate.restart()
         pose = self._gate.take(message, self.get_clock().now().nanoseconds)
         if pose is None:
             return
-        self._pose, self._pose_at_s = pose, time.monotonic()
+        self._pose, self._pose_at_s = pose, time.monotonic() - waited
         self.diagnostics.tick('pose')
         if self._flying is not None:
-            self._silence.came()
+            self._silence.came(waited)
             self._advance(self._flying, pose)
 
     def _advance(self, flying: Flying, pose: Pose) -> None:

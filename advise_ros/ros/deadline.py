@@ -7,6 +7,9 @@ from collections.abc import Callable
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 
+# A period is set anew when it differs by more than this.
+SLACK_NS = 2_000_000
+
 
 class Deadline:
     """Calls `missed` once when `came` was not called for so long; exact, where a periodic look comes up to a period late.
@@ -18,11 +21,14 @@ class Deadline:
     """
 
     def __init__(self, node: Node, after_s: float, missed: Callable[[], None]) -> None:
-        self._missed = missed
+        self._missed, self._after_s = missed, after_s
         self._timer = node.create_timer(after_s, self._over, clock=Clock(clock_type=ClockType.STEADY_TIME), autostart=False)
 
-    def came(self) -> None:
-        """From now on, all over again."""
+    def came(self, ago_s: float = 0.0) -> None:
+        """From now on, or from a little while ago, all over again."""
+        period_ns = round(max(self._after_s - ago_s, 0.0) * 1e9)
+        if abs(period_ns - self._timer.timer_period_ns) > SLACK_NS:
+            self._timer.timer_period_ns = period_ns
         self._timer.reset()
 
     def cancel(self) -> None:

@@ -1,6 +1,8 @@
 """The policy node against a vehicle of plain arithmetic."""
 
 import math
+import signal
+import time
 from dataclasses import replace
 from pathlib import Path
 
@@ -151,7 +153,7 @@ def test_holding_by_cancel_stop_and_the_vehicle_itself(graph: Graph) -> None:
 def test_it_holds_while_poses_are_missing_and_goes_on_when_they_return(graph: Graph) -> None:
     grid = square()
     bridge = MockBridge(graph, grid, speedup=10.0, status=False)
-    graph.start('policy', {'pose_timeout_s': 0.2, 'watchdog_rate_hz': 50.0, 'speed_m_s': 2.0})
+    policy = graph.start('policy', {'pose_timeout_s': 0.2, 'watchdog_rate_hz': 50.0, 'speed_m_s': 2.0})
     publish_policy(graph, grid, best(grid))
     handle = graph.send_goal(Fly, 'policy/fly', Fly.Goal(start_cell=-1))
     assert handle.accepted, 'without vehicle_status (another bridge) it flies too'
@@ -159,6 +161,19 @@ def test_it_holds_while_poses_are_missing_and_goes_on_when_they_return(graph: Gr
     bridge.sending = False
     assert wait_for_status(graph, 'holding: no pose for 0.2 s').phase == FlightStatus.FLYING
     graph.wait_until(lambda: bridge.commands[-1].twist.linear.x == 0.0)
+    bridge.sending = True
+    graph.wait_until(lambda: abs(bridge.commands[-1].twist.linear.x) + abs(bridge.commands[-1].twist.linear.y) > 0.5)
+
+    policy.signal(signal.SIGSTOP)  # Held up, with a pose in its queue that is old when it goes on.
+    sent = len(bridge.poses)
+    graph.wait_until(lambda: len(bridge.poses) > sent)
+    bridge.sending = False
+    began_s, flown = time.monotonic(), len(bridge.commands)
+    graph.wait_until(lambda: time.monotonic() - began_s > 0.5)
+    policy.signal(signal.SIGCONT)
+    graph.wait_for('policy/status', FlightStatus, lambda s: 'holding: no pose' in s.message, qos.latched(), new=True)
+    graph.wait_until(lambda: len(bridge.commands) > flown + 10)
+    assert all(c.twist.linear.x == c.twist.linear.y == 0.0 for c in bridge.commands[flown + 1:])
     bridge.sending = True
     assert graph.result(handle).result.success
 

@@ -145,5 +145,5 @@ def test_the_rates_that_a_ground_station_asks_for_do_not_last() -> None:
     flight.run(5.0)
     assert positions(1.0) >= 19
     asked = sum(message.get_type() == 'COMMAND_LONG' for message in flight.sent)
-    flight.run(20.0)
+    flight.run(6.0)
     assert sum(message.get_type() == 'COMMAND_LONG' for message in flight.sent) == asked
