@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import threading
 import time
 from collections.abc import Callable
 from typing import Any, TypeVar
@@ -11,7 +10,7 @@ import rclpy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PoseStamped
 from rclpy.action import ActionClient
-from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
@@ -29,6 +28,7 @@ from advise_msgs.msg import (
 )
 from advise_ros.core.errors import AdviseError
 from advise_ros.ros import convert, qos
+from advise_ros.ros.background import BackgroundSpin
 
 T = TypeVar('T')
 POLL_S = 0.02
@@ -77,8 +77,7 @@ class GraphClient:
         self._fly = ActionClient(self.node, Fly, 'policy/fly')
         self._executor = SingleThreadedExecutor()
         self._executor.add_node(self.node)
-        self._thread = threading.Thread(target=self._spin, name='graph-client', daemon=True)
-        self._thread.start()
+        self._spin = BackgroundSpin(self._executor, 'graph-client')
 
     def _subscribe(self) -> None:
         listen = self.node.create_subscription
@@ -116,16 +115,9 @@ class GraphClient:
         if self.on_pose is not None:
             self.on_pose(pose)
 
-    def _spin(self) -> None:
-        try:
-            self._executor.spin()
-        except ExternalShutdownException:
-            pass
-
     def close(self) -> None:
         """Leave the graph."""
-        self._executor.shutdown()
-        self._thread.join(timeout=5.0)
+        self._spin.stop()
         self.node.destroy_node()
         rclpy.try_shutdown()
 

@@ -1,12 +1,16 @@
 """The test harness itself: what it promises must hold, or the tests that build on it prove little."""
 
 import sys
+import threading
 
 import pytest
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
+from advise_ros.ros.background import BackgroundSpin
 from support.graph import Graph
 from support.processes import living_in_group, ros_arguments
 
@@ -69,3 +73,17 @@ def test_parameters_keep_their_types_on_the_command_line() -> None:
         '--ros-args', '-p', 'url:="udpin:127.0.0.1:1"', '-p', 'rate_hz:=20.0', '-p', 'on:=true', '-p', 'text:="12"',
         '-r', 'pose:=p2', '-r', '__ns:=/a',
     ]  # fmt: skip
+
+def test_a_thread_that_spins_ends_before_its_executor(graph: Graph) -> None:
+    """An executor that is shut down under a thread that waits in it makes the thread fail, which fails a test."""
+    for number in range(20):
+        node = Node(f'busy_{number}', context=graph.context, enable_rosout=False, start_parameter_services=False)
+        executor = SingleThreadedExecutor(context=graph.context)
+        executor.add_node(node)
+        turned = threading.Event()
+        node.create_timer(0.0005, turned.set)
+        spin = BackgroundSpin(executor, node.get_name())
+        assert turned.wait(20.0)
+        spin.stop()
+        assert node.get_name() not in {thread.name for thread in threading.enumerate()}
+        node.destroy_node()

@@ -10,11 +10,12 @@ from typing import Any
 import rclpy
 from rclpy.action import ActionClient
 from rclpy.context import Context
-from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from rclpy.signals import SignalHandlerOptions
 
+from advise_ros.ros.background import BackgroundSpin
 from support.processes import Process, executable, ros_arguments
 
 # A busy machine may take long for anything; who waits in vain waits once.
@@ -44,14 +45,7 @@ class Graph:
         self.node = Node('test', namespace=namespace, context=self.context, enable_rosout=False, start_parameter_services=False)
         self.executor = SingleThreadedExecutor(context=self.context)
         self.executor.add_node(self.node)
-        self._thread = threading.Thread(target=self._spin, name='test-node', daemon=True)
-        self._thread.start()
-
-    def _spin(self) -> None:
-        try:
-            self.executor.spin()
-        except ExternalShutdownException:
-            pass
+        self._spin = BackgroundSpin(self.executor, 'test-node')
 
     def notify(self) -> None:
         """Look again at what is waited for."""
@@ -209,8 +203,7 @@ class Graph:
         for process in self.processes:  # First tell them all, then wait: they stop side by side.
             process.signal()
         complaints += filter(None, [process.end() for process in self.processes])
-        self.executor.shutdown(timeout_sec=5)
+        self._spin.stop()
         self.context.try_shutdown()
-        self._thread.join(5)
         self.node.destroy_node()
         return complaints
