@@ -25,15 +25,17 @@ INSTRUMENTED = ['advise_ros']
 def main() -> None:
     names = sorted(path.name for path in CORPUS.iterdir() if path.is_dir())
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument('targets', nargs='*', default=names, choices=[*names, []], help='default: all')
+    parser.add_argument('targets', nargs='*', metavar='target', help=f'of {", ".join(names)}; default: all')
     parser.add_argument('--seconds', type=int, default=60, help='for each target (default %(default)s)')
     parser.add_argument('--found', help=argparse.SUPPRESS)
     options = parser.parse_args()
+    if unknown := set(options.targets) - set(names):
+        parser.error(f'no target: {", ".join(sorted(unknown))}')
     if options.found:
         fuzz(options.targets[0], options.seconds, options.found)
     if importlib.util.find_spec('atheris') is None:
         sys.exit('atheris has no wheel for this Python; take 3.11 or newer on x86-64')
-    sys.exit(max(grow(name, options.seconds) for name in options.targets))
+    sys.exit(max(grow(name, options.seconds) for name in options.targets or names))
 
 
 def grow(name: str, seconds: int) -> int:
