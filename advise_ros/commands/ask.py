@@ -5,12 +5,11 @@ from __future__ import annotations
 import argparse
 import getpass
 import sys
-import threading
 import time
 from collections.abc import Sequence
 
 import rclpy
-from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from rich.console import Console
@@ -25,6 +24,7 @@ from advise_ros.console.screen import screen
 from advise_ros.console.sitting import Sitting
 from advise_ros.core.errors import AdviseError
 from advise_ros.ros import arguments
+from advise_ros.ros.background import BackgroundSpin
 from advise_ros.ros.run import OK, exit_now, fail
 from advise_ros.ros.terminal import Terminal
 
@@ -59,7 +59,7 @@ def run(argv: Sequence[str]) -> int:
     executor.add_node(node)
     listener = Listener(node, ConsoleConfig.silence_s)
     sitting = Sitting(Desk(node, listener), options.name)
-    threading.Thread(target=_spin, args=(executor,), daemon=True).start()
+    spin = BackgroundSpin(executor, 'ask')
     try:
         _sit(node, listener, sitting, terminal)
         return OK
@@ -67,7 +67,7 @@ def run(argv: Sequence[str]) -> int:
         return INTERRUPTED
     finally:
         terminal.restore()
-        executor.shutdown(timeout_sec=1.0)
+        spin.stop(patience_s=1.0)
         rclpy.try_shutdown()
 
 
@@ -77,13 +77,6 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument('--name', default=getpass.getuser(), help='your name, kept with your answers (default %(default)s)')
     return parser
-
-
-def _spin(executor: SingleThreadedExecutor) -> None:
-    try:
-        executor.spin()
-    except ExternalShutdownException:
-        pass
 
 
 def _sit(node: Node, listener: Listener, sitting: Sitting, terminal: Terminal) -> None:
