@@ -44,6 +44,9 @@ class Factors(Protocol):
     def solve(self, right: Floats) -> Floats:
         """(n,) the solution, with the newest entries."""
 
+    def release(self) -> None:
+        """Give back what is as large as the factors; what depends on the pattern alone may stay."""
+
 
 class Qdldl:
     """LDL' by QDLDL."""
@@ -68,6 +71,9 @@ class Qdldl:
         solution: Floats = self._factor.solve(right)
         return solution
 
+    def release(self) -> None:
+        self._factor = None
+
 
 class Cholmod:
     """LL' by CHOLMOD as cvxopt brings it: ordered by AMD, supernodal, one thread."""
@@ -82,11 +88,14 @@ class Cholmod:
         # What numpy writes into the views, cvxopt reads.
         self._entries, self._right = cvxopt.matrix(0.0, (len(pattern.indices), 1)), cvxopt.matrix(0.0, (n, 1))
         self._entries_view, self._right_view = np.asarray(self._entries)[:, 0], np.asarray(self._right)[:, 0]
-        self._factor = self._cholmod.symbolic(self._matrix, uplo='U')
+        self._order = importlib.import_module('cvxopt.amd').order(self._matrix, uplo='U')
+        self._factor: Any = None
 
     def factor(self, data: Floats) -> None:
         self._entries_view[:] = data
         self._matrix.V = self._entries
+        if self._factor is None:
+            self._factor = self._symbolic()
         try:
             self._cholmod.numeric(self._matrix, self._factor)
         except ArithmeticError as problem:
@@ -96,6 +105,20 @@ class Cholmod:
         self._right_view[:] = right
         self._cholmod.solve(self._factor, self._right)
         return self._right_view.copy()
+
+    def release(self) -> None:
+        self._factor = None
+
+    def _symbolic(self) -> Any:
+        """The factors' pattern in the order that is known."""
+        options = self._cholmod.options
+        before = dict(options)
+        options['nmethods'] = 1  # This order, and no search for another one.
+        try:
+            return self._cholmod.symbolic(self._matrix, p=self._order, uplo='U')
+        finally:
+            options.clear()
+            options.update(before)
 
 
 KINDS: dict[str, type[Qdldl] | type[Cholmod]] = {QDLDL: Qdldl, CHOLMOD: Cholmod}
@@ -117,6 +140,7 @@ def factors(mdp: Mdp, pattern: Pattern, kind: str) -> Iterator[Factors]:
     try:
         yield made
     finally:
+        made.release()
         idle[mdp] = made
 
 

@@ -9,7 +9,7 @@ from advise_ros.core.advice import AdviceRecord
 from advise_ros.core.conflicts import conflicting, slack_states
 from advise_ros.core.errors import InputError
 from advise_ros.core.learn_settings import LearnSettings
-from advise_ros.core.local_program import Solved, is_large, near
+from advise_ros.core.local_program import ROUGH, Solved, is_large, near
 from advise_ros.core.mdp import Mdp, boltzmann, greedy, plan
 from advise_ros.core.numerics import Floats, Ints
 from advise_ros.core.program import Evidence, InfeasibleError, Problem, Solution, pose
@@ -70,10 +70,11 @@ def infer(
 
 
 def _solution(problem: Problem, solver: str, earlier: Solved | None) -> Solution:
-    """The optimum; a preview where one is asked for and an optimum takes long."""
-    wanted = earlier is not None and solver == AUTO and is_large(problem.mdp)
-    preview = near(problem, earlier) if wanted else None
-    return solve(problem, solver) if preview is None else preview
+    """The optimum; where one takes long and a preview is asked for, what lies near it."""
+    if earlier is None or solver != AUTO or not is_large(problem.mdp):
+        return solve(problem, solver)
+    preview = near(problem, earlier)
+    return solve(problem, solver, ROUGH) if preview is None else preview
 
 
 def _refusal(ids: tuple[int, ...]) -> str:

@@ -85,7 +85,7 @@ def near(problem: Problem, earlier: Solved, gap: float = ROUGH) -> Solution | No
     if problem.mdp is not before.mdp or problem.terms != before.terms:
         return None
     seeds = changed(problem, before)
-    if len(seeds) > REGIONS[-1]:
+    if len(seeds) > REGIONS[0]:
         return None
     value, multipliers = earlier.solution.value, _carried(problem, before, earlier.solution.duals)
     best: Solution | None = None
