@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import os
 import sys
 import textwrap
@@ -26,7 +27,7 @@ __all__ = ['OK', 'USAGE', 'VERDICT_NO', 'fail', 'help_text', 'run_node']
 def help_text(name: str, doc: str, config_class: type[Any]) -> str:
     """The text of --help: what the node does, its parameters and how to start it."""
     usage = f'usage: ros2 run advise_ros {name} [--ros-args -p NAME:=VALUE ... -r FROM:=TO ...]'
-    lines = [usage, '', doc.strip(), '', 'parameters:']
+    lines = [usage, '', inspect.cleandoc(doc), '', 'parameters:']
     for spec in fields(config_class):
         lines.append(f'  {spec.name}  (default {spec.default!r}; {config.range_text(spec)})')
         lines.extend(textwrap.wrap(spec.metadata['doc'], 92, initial_indent='      ', subsequent_indent='      '))
