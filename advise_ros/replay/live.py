@@ -27,7 +27,8 @@ from advise_ros.ros.subscriptions import message_class
 
 PRIVATE_DOMAINS = range(40, 101)
 START_PATIENCE_S, LEARN_PATIENCE_S, PATIENCE_S, COMMAND_PATIENCE_S = 60.0, 300.0, 20.0, 1.0
-COMMAND_TRIES = 5
+# A node that is short of processor time answers late; one that has once not answered at all is not waited for so long again.
+COMMAND_TRIES, COMMAND_TRIES_AFTER = 40, 2
 # The recorder reports once a second.
 REPORT_S, PROBE_S = 2.5, 0.1
 GOAL_TRIES = 10
@@ -61,6 +62,7 @@ class Live:
         self._sent: defaultdict[str, int] = defaultdict(int)
         self.late: list[str] = []
         self._probes = 0
+        self._tries = COMMAND_TRIES
 
     def __enter__(self) -> Live:
         os.environ.update(ROS_DOMAIN_ID=str(self._domain), ROS_AUTOMATIC_DISCOVERY_RANGE='LOCALHOST')
@@ -167,10 +169,11 @@ class Live:
 
     def _await_command(self, step: Publish) -> None:
         """Positions are best effort: one that brings no command is sent again."""
-        for _ in range(COMMAND_TRIES):
+        for _ in range(self._tries):
             if self.heard.has_command(step.command_stamp_ns, COMMAND_PATIENCE_S):
                 return
             self._publishers[self._pose_topic].publish(step.message.data)
+        self._tries = COMMAND_TRIES_AFTER
         self.late.append(f'no command bears the stamp {at(step.command_stamp_ns)}')
 
     def _unheard(self) -> int:
