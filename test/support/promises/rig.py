@@ -9,7 +9,7 @@ import signal
 import struct
 import time
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -33,7 +33,7 @@ from support.lossy_proxy import LossyProxy
 from support.processes import Process
 from support.promises.tap import Tap
 
-PATIENCE_S = 60.0
+PATIENCE_S, GOAL_PATIENCE_S = 60.0, 5.0
 STANDS_M_S, FLIES_M_S = 0.15, 0.5
 # Seconds without a setpoint until it acts by itself: GUID_TIMEOUT and COM_OF_LOSS_T.
 TIMEOUTS_S = {'ardupilot': 3.0, 'px4': 1.0}
@@ -180,8 +180,13 @@ class Rig:
             if not (self.vehicle and self.vehicle[-1].commandable):
                 self._take_off()
             elif not self._under_way():
-                self.graph.send_goal(Fly, 'policy/fly', Fly.Goal(start_cell=0))
+                self._send_goal()
             time.sleep(0.05)
+
+    def _send_goal(self) -> None:
+        """A policy that has just come back may lose the first goal: it is sent again."""
+        with suppress(AssertionError):
+            self.graph.send_goal(Fly, 'policy/fly', Fly.Goal(start_cell=0), timeout_s=GOAL_PATIENCE_S)
 
     def flies(self) -> bool:
         return self._under_way() and self.speed_m_s > FLIES_M_S and self._heard_lately()
@@ -225,12 +230,12 @@ class Rig:
 
     @staticmethod
     def _first(found: Callable[[], float | None], since_s: float, limit_s: float) -> float:
-        while time.monotonic() < since_s + limit_s:
+        while True:
+            over = time.monotonic() >= since_s + limit_s
             at_s = found()
-            if at_s is not None:
-                return at_s - since_s
+            if at_s is not None or over:
+                return math.inf if at_s is None else at_s - since_s
             time.sleep(0.01)
-        return math.inf
 
     def longest_gap(self, since_s: float, until_s: float) -> float:
         """Longest time without a setpoint that moves the vehicle."""
