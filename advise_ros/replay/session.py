@@ -222,7 +222,7 @@ def _value(bag: Bag, node: str, name: str, text: str) -> Any:
     try:
         return json.loads(text)
     except ValueError:
-        raise LogError(f'{bag.path}: parameter {name[:40]!r} of {node} is damaged ({text[:40]!r}); was the file edited?') from None
+        raise LogError(f'{bag.path}: parameter {name[:40]!r} of {node} is damaged ({text[:40]!r}); was it edited?') from None
 
 
 def _missing_fields(bag: Bag) -> tuple[str, ...]:
