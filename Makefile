@@ -21,7 +21,7 @@ demo: setup  ## the whole story in about a minute: fly, learn, ask, fly better (
 	@exec ./advise demo $(demo_arguments)
 
 test: setup chromium  ## every test; JUnit results in log/test.xml
-	@exec ./advise python -m pytest -n 2 --dist loadfile --reruns 1 -rR --junitxml=log/test.xml $(ARGS)
+	@exec ./advise python -m pytest -n 2 --dist loadfile --reruns 2 -rR --junitxml=log/test.xml $(ARGS)
 
 test-console: setup chromium  ## the tests of the person's page, in a real browser
 	@exec ./advise python -m pytest -n 2 --dist loadfile test/e2e/test_console*.py test/unit/test_console*.py $(ARGS)
