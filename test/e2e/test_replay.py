@@ -10,6 +10,7 @@ from std_srvs.srv import Trigger
 from advise_msgs.action import Fly
 from advise_msgs.msg import FlightStatus, LearnerStatus, VehicleStatus
 from advise_ros.ros import qos
+from support.flying import until_positions_arrive
 from support.graph import Graph
 from support.processes import Process
 
@@ -31,7 +32,7 @@ class Drone:
         for name in ('recorder', 'policy'):
             self.on_grid(name, **({'speed_m_s': 2.0} if name == 'policy' else {}))
         self.on_grid('advise', clusters=3, budget=1)
-        self.start('simulator', endpoint=f'udpout:127.0.0.1:{port}', speedup=20.0, ready_after_s=1.0)
+        self.start('simulator', endpoint=f'udpout:127.0.0.1:{port}', speedup=10.0, ready_after_s=1.0)
         self.on_grid('mavlink_bridge', url=f'udpin:127.0.0.1:{port}', pose_rate_hz=10.0)
 
     def start(self, name: str, **params: Any) -> Process:
@@ -63,6 +64,7 @@ class Drone:
 
 def test_a_flown_session_replays_byte_for_byte(graph: Graph, free_udp_port: int, tmp_path: Path) -> None:
     drone = Drone(graph, free_udp_port, tmp_path)
+    until_positions_arrive(graph, 'recorder', 'logger', timeout_s=PATIENCE_S)
     pilot = drone.on_grid('pilot', flights=1, noise_rate=0.2, speed_m_s=2.0)
     pilot.wait_exit(PATIENCE_S)
     drone.wait('advise/status', LearnerStatus, lambda m: m.phase == LearnerStatus.ASKING)
