@@ -11,7 +11,7 @@ from dataclasses import fields
 from typing import Any
 
 import rclpy
-from rclpy.executors import ExternalShutdownException
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
@@ -19,7 +19,6 @@ from advise_ros import config
 from advise_ros.core.errors import AdviseError
 from advise_ros.exits import OK, USAGE, VERDICT_NO, fail
 from advise_ros.ros import arguments, introspection
-from advise_ros.ros.executor import make_executor
 
 __all__ = ['OK', 'USAGE', 'VERDICT_NO', 'fail', 'help_text', 'run_node']
 
@@ -73,7 +72,7 @@ def _spin(node_class: type[Node]) -> int:
     try:
         node = node_class()
         introspection.configure(node)
-        executor = make_executor()
+        executor = SingleThreadedExecutor()
         executor.add_node(node)
         executor.spin()
     except (ExternalShutdownException, KeyboardInterrupt):
