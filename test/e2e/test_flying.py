@@ -44,7 +44,7 @@ def test_pilot_and_policy_fly_in_the_simulator(graph: Graph, grid_file: str, fre
         assert grid.successor(state, action) == then
     assert recorded.audit.cell_skips == 0
     assert pilot.wait_exit(PATIENCE_S) == 0, pilot.text
-    assert f'after {len(recorded.states)} moves' in pilot.text, f'the recorder saw each move of the pilot, and no other: {recorded}'
+    assert f'after {len(recorded.states)} moves' in pilot.text, f'the recorder saw each of its moves, and no other: {recorded}'
 
     graph.publisher('advise/policy', Policy, qos.latched()).publish(policy_message(grid, best(grid)))
     assert graph.call(Trigger, 'mavlink_bridge/takeoff').success
