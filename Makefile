@@ -32,7 +32,7 @@ chromium:  ## the browser that the page's tests drive; installed by apt-get wher
 fuzz: setup  ## coverage-guided fuzzing of what reads others' bytes, a minute a target (ARGS='framing --seconds 3600')
 	@exec ./advise python test/fuzz/run.py $(ARGS)
 
-promises: setup  ## what docs/safety.md promises, with everything broken many times: about 40 minutes (a part: ARGS='--only deaths --trials 10')
+promises: setup  ## what docs/safety.md promises, with everything broken many times: an hour or more (a part: ARGS='--only deaths --trials 10')
 	@exec ./advise python tools/promises.py $(ARGS)
 
 ledger-recording: setup  ## recordings killed, cut off, flipped and out of disk: what is lost, against what is promised

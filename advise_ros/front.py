@@ -1,6 +1,6 @@
 """Where every executable begins: Ctrl-C ends it without a traceback, also while it still reads its libraries.
 
-Only the standard library is imported before the handler stands; the rest takes a second or more.
+Only exit codes and the standard library are imported before the handler stands; the rest takes a second or more.
 """
 
 from __future__ import annotations
@@ -11,8 +11,7 @@ from collections.abc import Callable
 from functools import partial
 from importlib import import_module
 
-# What a shell says of a command that Ctrl-C ended.
-INTERRUPTED = 130
+from advise_ros.exits import INTERRUPTED
 
 
 class Front:

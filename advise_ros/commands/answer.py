@@ -17,10 +17,11 @@ from advise_ros.commands.question_text import log_text, question_text
 from advise_ros.core.advice import Answer, Verdict
 from advise_ros.core.errors import AdviseError, InputError
 from advise_ros.core.grid import Action
+from advise_ros.exits import INTERRUPTED, OK, VERDICT_NO, fail
 from advise_ros.ros import arguments, convert, convert_advice
 from advise_ros.ros.graph_client import GraphClient, GraphTimeoutError
 
-ACCEPTED, REFUSED, USAGE, INTERRUPTED = 0, 1, 2, 130
+ACCEPTED, REFUSED = OK, VERDICT_NO
 EPILOG = """examples:
   ./advise answer                                            show the open question and the answers so far
   ./advise answer --query 3 --prefer east --avoid north,west
@@ -49,16 +50,11 @@ def run(argv: Sequence[str]) -> int:
         finally:
             client.close()
     except GraphTimeoutError as problem:
-        return _fail(f'{problem}; is the learner (./advise advise) running, in this ROS domain and namespace?')
+        return fail(f'{problem}; is the learner (./advise advise) running, in this ROS domain and namespace?')
     except AdviseError as problem:
-        return _fail(str(problem))
+        return fail(str(problem))
     except KeyboardInterrupt:
         return INTERRUPTED
-
-
-def _fail(sentence: str) -> int:
-    print(f'error: {sentence}', file=sys.stderr)
-    return USAGE
 
 
 def _parser() -> argparse.ArgumentParser:

@@ -23,12 +23,12 @@ from advise_ros.console.listener import Listener
 from advise_ros.console.screen import screen
 from advise_ros.console.sitting import Sitting
 from advise_ros.core.errors import AdviseError
+from advise_ros.exits import INTERRUPTED, OK, fail
 from advise_ros.ros import arguments
 from advise_ros.ros.background import BackgroundSpin
-from advise_ros.ros.run import OK, exit_now, fail
+from advise_ros.ros.run import exit_now
 from advise_ros.ros.terminal import Terminal
 
-INTERRUPTED = 130
 POLL_S = 0.03
 EPILOG = """keys:
   arrows (or h j k l)          this direction is right

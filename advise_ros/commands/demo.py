@@ -18,10 +18,11 @@ from advise_ros.demo.story import Session, Story
 from advise_ros.demo.summary import Outcome, page_values, rate, table
 from advise_ros.demo.supervisor import Child, Supervisor, executable
 from advise_ros.demo.trials import TrialPool, trial_settings
+from advise_ros.exits import INTERRUPTED, OK, VERDICT_NO, fail
 from advise_ros.recording.gridfile import load_grid
 from advise_ros.report import page
 from advise_ros.ros import environment
-from advise_ros.ros.run import OK, VERDICT_NO, exit_now, fail
+from advise_ros.ros.run import exit_now
 from advise_ros.settings import learn_settings
 
 EXAMPLES = """examples:
@@ -35,7 +36,6 @@ exit code: 0 the story holds; 1 it does not, or something in it failed; 2 wrong 
 COMPUTE_PATIENCE_S = 300.0
 # Another graph in this domain shows itself within this time.
 DISCOVERY_S = 0.5
-INTERRUPTED = 130
 # The seeds of the trials and of the nodes count up from the given one and stay in the parameters' range.
 SEED_MAX = 2**30
 
@@ -177,8 +177,7 @@ def main() -> None:
     except InputError as problem:
         code = fail(str(problem))
     except AdviseError as problem:
-        print(f'error: {problem}', file=sys.stderr, flush=True)
-        code = VERDICT_NO
+        code = fail(str(problem), VERDICT_NO)
     except KeyboardInterrupt:
         print('stopped; every process of the demo has ended', file=sys.stderr, flush=True)
         code = INTERRUPTED

@@ -14,13 +14,12 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from advise_ros.core.errors import AdviseError
 from advise_ros.core.solve import AUTO, SOLVERS
 from advise_ros.domains import DOMAINS
+from advise_ros.exits import INTERRUPTED, OK, VERDICT_NO, fail
 from advise_ros.experiments import runner
 from advise_ros.experiments.experiment import EXPERIMENTS, Request, fulfil
 from advise_ros.experiments.method import METHODS
 from advise_ros.experiments.problem_file import OPTIONS, READINGS, learn, read_problem, recorded_problem, write_result
 from advise_ros.experiments.protocols import FINAL_SEED
-
-OK, NO, USAGE, INTERRUPTED = 0, 1, 2, 130
 
 EPILOG = """examples:
   ./advise experiments figure5 --domain wumpus --trials 10
@@ -45,8 +44,7 @@ def run(argv: Sequence[str]) -> int:
     try:
         return options.run(options)
     except AdviseError as problem:
-        print(f'error: {problem}', file=sys.stderr, flush=True)
-        return USAGE
+        return fail(str(problem))
     except KeyboardInterrupt:
         print('stopped; the trials that are done are kept, the same command goes on', file=sys.stderr, flush=True)
         return INTERRUPTED
@@ -76,7 +74,7 @@ def _learn(options: argparse.Namespace) -> int:
     learned = learn(given, options.solver)
     write_result(options.out, learned)
     print(f'{learned.status}, objective {learned.objective:.9g}, {learned.seconds:.3f} s: {options.out}', flush=True)
-    return OK if learned.status != 'infeasible' else NO
+    return OK if learned.status != 'infeasible' else VERDICT_NO
 
 
 def _progress(bar: Progress) -> Callable[[str, int, int], None]:

@@ -10,6 +10,7 @@ from collections.abc import Callable, Sequence
 
 from advise_ros.core.errors import AdviseError, InputError
 from advise_ros.core.fence import fence_around
+from advise_ros.exits import INTERRUPTED, OK, VERDICT_NO, fail
 from advise_ros.mavlink import messages as mav
 from advise_ros.mavlink.companion import Companion, Settings, Status
 from advise_ros.mavlink.link import Link
@@ -18,7 +19,7 @@ from advise_ros.mavlink.readings import Readings
 from advise_ros.mavlink.signing import optional_key
 from advise_ros.recording.gridfile import load_grid
 
-RIGHT, WRONG, USAGE, INTERRUPTED = 0, 1, 2, 130
+RIGHT, WRONG = OK, VERDICT_NO
 # Beside the bridge (191) and the recorder (192).
 COMPONENT_ID = 193
 TURN_S = 0.05
@@ -44,8 +45,7 @@ def run(argv: Sequence[str]) -> int:
             raise InputError(f'--wait is {options.wait:g}; it must be a number of seconds above 0')
         return _report(Check(options).findings())
     except AdviseError as problem:
-        print(f'error: {problem}', file=sys.stderr)
-        return USAGE
+        return fail(str(problem))
     except KeyboardInterrupt:
         return INTERRUPTED
 
