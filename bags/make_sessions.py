@@ -2,8 +2,11 @@
 
 usage: ./advise python bags/make_sessions.py [--to DIRECTORY] [NAME ...]
 
-simulated_session is a run of the demo (one to two minutes), the others are made by the cores alone in seconds. A bag
-that is there already is replaced. Needs the maker of the tests' sessions (test/support).
+simulated_session is a run of the demo (about a minute), the others are made by the cores alone in seconds. Each is
+replayed, and only one that follows byte for byte replaces what is there already. Run it again when what the cores
+compute or the messages have changed. Needs the maker of the tests' sessions (test/support).
+
+exit code: 0 all were made; 1 one did not replay byte for byte and was not taken
 """
 
 from __future__ import annotations
@@ -37,6 +40,7 @@ from advise_ros.recording.gridfile import load_grid  # noqa: E402
 from advise_ros.recording.storage import open_source  # noqa: E402
 from advise_ros.recording.tlog import read_tlog  # noqa: E402
 from advise_ros.recording.writer import BagWriter  # noqa: E402
+from advise_ros.replay.check import check  # noqa: E402
 from advise_ros.ros import convert, convert_advice  # noqa: E402
 from advise_ros.settings import learn_settings  # noqa: E402
 from support.session_bag import GRID, SOURCE, SessionBag, session_bag  # noqa: E402
@@ -55,10 +59,24 @@ def main() -> None:
     parser.add_argument('names', nargs='*', metavar='NAME', help=f'of: {", ".join(MAKERS)} (default: all)')
     parser.add_argument('--to', type=Path, default=ROOT / 'bags')
     options = parser.parse_args()
-    for name in options.names or MAKERS:
-        shutil.rmtree(options.to / name, ignore_errors=True)
-        MAKERS[name](options.to / name)
-        print(options.to / name)
+    if unknown := set(options.names) - set(MAKERS):
+        parser.error(f'there is no {", ".join(sorted(unknown))}; known: {", ".join(MAKERS)}')
+    wrong = [name for name in options.names or MAKERS if not _made(name, options.to)]
+    sys.exit(1 if wrong else 0)
+
+
+def _made(name: str, folder: Path) -> bool:
+    """Make a bag and put it into the folder, if it replays byte for byte."""
+    with tempfile.TemporaryDirectory() as directory:
+        draft = Path(directory) / name
+        MAKERS[name](draft)
+        report = check(draft)
+        same, of = report.in_bytes
+        print(f'{name}: {report.told_in_bytes}; {report.verdict}')
+        if report.agrees and same == of:
+            shutil.rmtree(folder / name, ignore_errors=True)
+            shutil.move(draft, folder / name)
+        return report.agrees and same == of
 
 
 def simulated_session(target: Path) -> None:

@@ -28,7 +28,7 @@ def demonstration_stages(session: RecordedSession, comparison: Comparison) -> li
     config = session.config(RecorderConfig, 'recorder') if flown else RecorderConfig()
     for one in recorded:
         if is_flown(one.value):
-            stage.count(_difference(session, comparison, config, one))
+            _compare(stage, session, comparison, config, one)
         else:
             comparison.rebuilt.demonstrations.append(_taken(session, one))
     taken_back = sum(not len(one.value.states) for one in recorded)
@@ -59,14 +59,15 @@ def _taken(session: RecordedSession, one: Recorded) -> Demonstration | None:
     return None
 
 
-def _difference(session: RecordedSession, comparison: Comparison, config: RecorderConfig, one: Recorded) -> str:
+def _compare(stage: Stage, session: RecordedSession, comparison: Comparison, config: RecorderConfig, one: Recorded) -> None:
     try:
         rebuilt = _rebuilt(session, config, one.value)
     except (InputError, ValueError) as problem:  # An index or an enum that no recorder would publish.
         comparison.rebuilt.demonstrations.append(None)
-        return f'{one.where}: {problem}'
+        stage.count(f'{one.where}: {problem}')
+        return
     comparison.rebuilt.demonstrations.append(rebuilt)
-    return comparison.difference(convert.demonstration_to_msg(rebuilt), one, 'demonstrations')
+    comparison.count(stage, convert.demonstration_to_msg(rebuilt), one)
 
 
 def _rebuilt(session: RecordedSession, config: RecorderConfig, value: Any) -> Demonstration:
@@ -106,9 +107,11 @@ def _windows(session: RecordedSession, config: RecorderConfig, flown: list[Recor
         if one not in stopped and one not in unheard:
             stage.count(_window_difference(one, windows, flights))
     if stopped:
-        stage.notes.append(f'{len(stopped)} windows were ended by recorder/stop: a call is an input, they are taken as they are')
+        windows_were = '1 window was' if len(stopped) == 1 else f'{len(stopped)} windows were'
+        stage.notes.append(f'{windows_were} ended by recorder/stop and taken as recorded: a call is an input')
     if unheard:
-        stage.notes.append(f'{len(unheard)} windows begin in mid-flight, where the recorder began; they are taken as they are')
+        windows_begin = '1 window begins' if len(unheard) == 1 else f'{len(unheard)} windows begin'
+        stage.notes.append(f'{windows_begin} in mid-flight, where the recorder began, and taken as recorded')
     without = sum(not why_not(demonstration, manual=False) for demonstration in windows.values()) - len(flown)
     if without > 0:
         flights_have = 'flight along the route has' if without == 1 else 'flights along the route have'

@@ -20,6 +20,7 @@ from advise_ros.ros.flying import velocity_command
 UNDER_WAY = (Phase.TO_START, Phase.FLYING)
 # A flight is ended from outside: the poses do not tell.
 FROM_OUTSIDE = (Phase.CANCELED, Phase.STOPPED)
+ZERO = (0.0, 0.0, 0.0)
 
 
 class Flight(NamedTuple):
@@ -90,10 +91,10 @@ def _fly(
         stamp_ns = one.stamp_ns
         pose = poses.get(stamp_ns)
         if pose is None:
-            commands.count(_not_zero(one))
+            commands.count(_not_zero(one), in_bytes=comparison.same(velocity_command(ZERO, stamp_ns), one))
             continue
         rebuilt = velocity_command(flown.step(pose), stamp_ns)
-        commands.count(comparison.difference(rebuilt, one, 'commands'))
+        comparison.count(commands, rebuilt, one)
         for status in due.pop(stamp_ns, ()):
             _check_status(comparison, statuses, flown, status)
     for left in (status for waiting in due.values() for status in waiting):

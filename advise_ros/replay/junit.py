@@ -24,7 +24,7 @@ def to_junit(report: Report) -> str:
             ET.SubElement(case, 'skipped', {'message': 'none in the bag'})
         if stage.notes:
             ET.SubElement(case, 'system-out').text = '\n'.join(stage.notes)
-    ET.SubElement(suite, 'system-out').text = f'{report.asked}\n{report.verdict}'
+    ET.SubElement(suite, 'system-out').text = f'{report.asked}\n{report.told_in_bytes}\n{report.verdict}'
     suites = ET.Element('testsuites')
     suites.append(suite)
     ET.indent(suites)

@@ -62,7 +62,7 @@ def learning_stages(session: RecordedSession, comparison: Comparison) -> list[St
             continue
         comparison.rebuilt.policies[episode.policy.message.publish_time_ns] = learned
         rebuilt = convert_advice.policy_to_msg(learned, episode.policy.stamp_ns)
-        policies.count(comparison.difference(rebuilt, episode.policy, 'policies'))
+        comparison.count(policies, rebuilt, episode.policy)
         _check_query(queries, session, comparison, episode, learned, config.budget)
     return [policies, queries]
 
@@ -185,7 +185,7 @@ def _check_query(
     else:
         log = episode.log[: learned.log_length]
         rebuilt = convert_advice.no_query_to_msg(learned, budget_left(log, budget), stamp_ns)
-    queries.count(comparison.difference(rebuilt, episode.query, 'queries'))
+    comparison.count(queries, rebuilt, episode.query)
 
 
 def _missing_query(queries: Stage, session: RecordedSession, episode: Episode, learned: Learned) -> None:

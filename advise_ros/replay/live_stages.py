@@ -44,7 +44,7 @@ def _demonstrations(session: RecordedSession, heard: Heard, comparison: Comparis
     for one in session.on('demonstration'):
         if is_flown(one.value):
             key = (one.value.demonstration_id, convert.stamp_to_ns(one.value.window_end))
-            stage.count(_difference(found.get(key), one, comparison))
+            _count(stage, found.get(key), one, comparison)
     return stage
 
 
@@ -55,7 +55,7 @@ def _in_order(name: str, recorded: tuple[Recorded, ...], heard: list[Any], compa
         found = heard[index] if index < len(heard) else None
         if found is not None:
             found.header.stamp = convert.stamp_from_ns(one.stamp_ns)
-        stage.count(_difference(found, one, comparison))
+        _count(stage, found, one, comparison)
     if len(heard) > len(recorded):
         stage.notes.append(f'{len(heard) - len(recorded)} more {name} than in the bag came live')
     return stage
@@ -66,7 +66,7 @@ def _commands(session: RecordedSession, heard: Heard, comparison: Comparison) ->
     poses = set(session.recording.poses.stamps_ns.tolist())
     for one in (command for flight in flights_of(session)[0] for command in flight.commands):
         if one.stamp_ns in poses:  # The others are the watchdog's, by the clock on the wall.
-            stage.count(_difference(heard.commands.get(one.stamp_ns), one, comparison))
+            _count(stage, heard.commands.get(one.stamp_ns), one, comparison)
     return stage
 
 
@@ -81,5 +81,8 @@ def _statuses(session: RecordedSession, heard: Heard) -> Stage:
     return stage
 
 
-def _difference(found: Any | None, recorded: Recorded, comparison: Comparison) -> str:
-    return f'{recorded.where}: nothing came live' if found is None else comparison.difference(found, recorded, 'live')
+def _count(stage: Stage, found: Any | None, recorded: Recorded, comparison: Comparison) -> None:
+    if found is None:
+        stage.count(f'{recorded.where}: nothing came live')
+    else:
+        comparison.count(stage, found, recorded)

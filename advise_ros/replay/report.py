@@ -13,6 +13,8 @@ from advise_ros.replay.decisions import digest
 from advise_ros.replay.session import RecordedSession
 from advise_ros.replay.stage import Rebuilt, Stage
 
+# Stages whose messages are rebuilt whole; the others compare what follows of a message, or count.
+OF_MESSAGES = ('demonstrations', 'policies', 'queries', 'commands')
 CLOCK_NOTE = 'header stamps of policies and questions come from a clock and are taken as recorded'
 
 
@@ -58,6 +60,17 @@ class Report:
         if self.session.missing:
             why += f'; its messages have no {", ".join(self.session.missing)}'
         return 'equal decisions were asked, and floats within 1e-6: ' + why
+
+    @property
+    def in_bytes(self) -> tuple[int, int]:
+        """How many rebuilt messages have the recorded bytes, whatever was asked, and how many there are."""
+        stages = [stage for stage in self.stages if stage.name.split(',')[0] in OF_MESSAGES]
+        return sum(stage.in_bytes for stage in stages), sum(stage.checked for stage in stages)
+
+    @property
+    def told_in_bytes(self) -> str:
+        same, of = self.in_bytes
+        return f'{same} of {of} rebuilt messages are equal byte for byte'
 
     @property
     def verdict(self) -> str:
@@ -112,6 +125,8 @@ def show(report: Report, console: Console) -> None:
             if line:
                 console.print(f'- {line}', highlight=False, markup=False, soft_wrap=True)
     console.print(f'- {report.asked}; {CLOCK_NOTE}', highlight=False, markup=False, soft_wrap=True)
+    if not (session.overrides or report.beside):
+        console.print(f'- {report.told_in_bytes}', highlight=False, markup=False, soft_wrap=True)
     console.print(report.verdict, style='green' if report.agrees else 'red', highlight=False)
 
 
@@ -124,6 +139,10 @@ def _table(report: Report) -> Table:
     what_if = report.session.overrides and not report.beside
     same, other = ('as it was', 'changes') if what_if else ('equal', 'differs')
     for stage in report.asked_stages:
-        mark = 'none in the bag' if not stage.checked else same if stage.agrees else f'[red]{other}[/red]'
+        mark = same if stage.agrees else f'[red]{other}[/red]'
+        if not stage.checked:
+            mark = 'none in the bag'
+        elif stage.agrees_in_bytes:
+            mark = 'equal byte for byte'
         table.add_row(stage.name, str(stage.checked), str(stage.equal), mark)
     return table

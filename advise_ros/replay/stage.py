@@ -23,6 +23,7 @@ class Stage:
         name: what was rebuilt.
         checked: how many values were compared.
         equal: how many of them were equal.
+        in_bytes: how many of those in every byte, whatever was asked.
         difference: the first that was not: topic, time, field, expected, got; '' when all were.
         notes: what was not rebuilt and why, one sentence each.
     """
@@ -30,6 +31,7 @@ class Stage:
     name: str
     checked: int = 0
     equal: int = 0
+    in_bytes: int = 0
     difference: str = ''
     notes: list[str] = field(default_factory=list)
 
@@ -37,10 +39,15 @@ class Stage:
     def agrees(self) -> bool:
         return self.checked == self.equal
 
-    def count(self, difference: str) -> None:
+    @property
+    def agrees_in_bytes(self) -> bool:
+        return 0 < self.checked == self.in_bytes
+
+    def count(self, difference: str, *, in_bytes: bool = False) -> None:
         """Count one comparison; '' means equal."""
         self.checked += 1
         self.equal += not difference
+        self.in_bytes += in_bytes
         self.difference = self.difference or difference
 
 
@@ -73,18 +80,26 @@ class Comparison:
         self.what_if = bool(session.overrides)
         self.rebuilt = Rebuilt()
 
-    def difference(self, rebuilt: Any, recorded: Recorded, stage: str) -> str:
-        """'' when equal, else the first difference in words.
+    def count(self, stage: Stage, rebuilt: Any, recorded: Recorded) -> None:
+        """Compare a rebuilt message with the recorded one.
 
         Both sides are brought to the same bytes first: serialisers may leave anything in the padding.
         """
         type_name = recorded.message.type_name
         expected = self._through_cdr(rebuilt, type_name)
-        change = self.decide(decision(expected, type_name), decision(recorded.value, type_name), stage)
+        change = self.decide(decision(expected, type_name), decision(recorded.value, type_name), stage.name)
         if self.what_if:
-            return f'{recorded.where}: {change}' if change else ''
-        if self.exact and self._bytes(expected, recorded):
-            return ''
+            stage.count(f'{recorded.where}: {change}' if change else '')
+        elif self._same_bytes(expected, recorded):
+            stage.count('', in_bytes=True)
+        else:
+            stage.count(self._difference(expected, recorded))
+
+    def same(self, rebuilt: Any, recorded: Recorded) -> bool:
+        """Whether two messages are equal in every byte."""
+        return self._same_bytes(self._through_cdr(rebuilt, recorded.message.type_name), recorded)
+
+    def _difference(self, expected: Any, recorded: Recorded) -> str:
         without = () if self._session.same_cores else ('digest',)
         found = first_difference(expected, recorded.value, exact=self.exact, without=without)
         return in_words(recorded, found) if found else ''
@@ -95,7 +110,7 @@ class Comparison:
         self.rebuilt.recorded.setdefault(stage, []).append(recorded)
         return first_change(rebuilt, recorded)
 
-    def _bytes(self, expected: Any, recorded: Recorded) -> bool:
+    def _same_bytes(self, expected: Any, recorded: Recorded) -> bool:
         type_name = recorded.message.type_name
         wanted = self._installed.canonical(expected, type_name)
         return wanted == self._session.bag.codec.canonical(recorded.value, type_name)
