@@ -318,6 +318,10 @@ class PilotConfig(SeekConfig):
     mistake_share: float = param(0.2, 'share of states in which the same mistake is made again and again', low=0.0, high=1.0)
     max_moves: int = param(400, 'moves before a flight is given up', low=1, high=1_000_000)
     handle_vehicle: bool = param(True, 'arm, take off and land by the bridge services')
+    heard_by: str = param(
+        'recorder', 'nodes, by comma, that must count its commands on /diagnostics: until then it holds before its first move',
+    )
+    heard_timeout_s: float = param(10.0, 'longest hold for them (steady time); then it flies all the same', low=0.0, high=3600.0)
     vehicle_timeout_s: float = param(
         180.0, 'longest wait for readiness, take-off, landing or a pose (steady time)', low=1.0, high=3600.0,
     )

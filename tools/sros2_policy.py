@@ -64,7 +64,7 @@ GRANTS: dict[str, Grants] = {
         ('policy/stop', *of('policy', LIFE_CYCLE)), execute=('policy/fly',),
     ),
     'logger': Grants((), SESSION, request=('*/list_parameters', '*/get_parameters')),
-    'pilot': Grants(('cmd_vel', 'pilot/status'), ('vehicle_status', 'pose'), (), (*VEHICLE, 'recorder/stop')),
+    'pilot': Grants(('cmd_vel', 'pilot/status'), ('vehicle_status', 'pose', 'diagnostics'), (), (*VEHICLE, 'recorder/stop')),
     'expert': Grants((), ('advise/query',), (), ('advise/answer',)),
     'console': Grants(
         (), SESSION, (), (*ANSWERING, *RECORDING, 'policy/stop', *VEHICLE, 'advise/get_parameters'), call=('policy/fly',),

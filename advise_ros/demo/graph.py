@@ -9,6 +9,11 @@ from advise_ros.core.grid import Grid
 from advise_ros.demo.options import DemoOptions, free_udp_port
 from advise_ros.demo.supervisor import Child, Supervisor
 
+# The bag replays when both heard the same: the demonstrations come from one of them, the samples from the other.
+LISTENERS = ('recorder', 'logger')
+# A busy machine may take long to match a new sender with its readers.
+HEARD_PATIENCE_S = 120.0
+
 
 class DemoGraph:
     """Starts the processes of one demo run; at real-time speed they live by the wall clock, else by /clock."""
@@ -60,7 +65,8 @@ class DemoGraph:
 
     def start_pilot(self) -> Child:
         """The simulated demonstrator; it ends when all flights are flown."""
-        return self._on_grid('pilot', {'flights': self._options.flights, 'seed': self._options.seed}, may_end=True)
+        heard = {'heard_by': ','.join(LISTENERS), 'heard_timeout_s': HEARD_PATIENCE_S}
+        return self._on_grid('pilot', {'flights': self._options.flights, 'seed': self._options.seed, **heard}, may_end=True)
 
     def start_console(self) -> Child:
         """The page for a person, on any free port; its log tells the address."""

@@ -17,7 +17,7 @@ from advise_ros.core.grid import Grid
 from advise_ros.core.trial import fly
 from advise_ros.demo import browser
 from advise_ros.demo.console import DemoConsole
-from advise_ros.demo.graph import DemoGraph
+from advise_ros.demo.graph import LISTENERS, DemoGraph
 from advise_ros.demo.options import DemoOptions
 from advise_ros.demo.supervisor import Child, Supervisor
 from advise_ros.demo.tracks import TrackLog
@@ -110,7 +110,7 @@ class Story:
 
     def _fly_demonstrations(self, session: Session) -> None:
         wanted = self._options.flights
-        self.client.wait('recorder and logger to hear positions', self.client.hears_positions, STEP_PATIENCE_S)
+        self.client.wait('recorder and logger to hear positions', self._positions_are_heard, STEP_PATIENCE_S)
         pilot = self._graph.start_pilot()
         with self._console.bar('demonstrations', wanted) as bar:
             self.client.wait(
@@ -130,6 +130,9 @@ class Story:
             self.tracks.append(Track('demonstration', demonstration.demonstration_id, positions, reached))
         moves = sum(len(demonstration.states) for demonstration in session.demonstrations)
         self._console.say(f'{wanted} rough demonstrations flown and recorded, {moves} moves')
+
+    def _positions_are_heard(self) -> bool:
+        return self.client.is_heard('pose', *LISTENERS)
 
     def _before_and_after(self, session: Session) -> None:
         self._wait_for_policy(session)

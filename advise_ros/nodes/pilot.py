@@ -7,6 +7,7 @@ import time
 
 import numpy as np
 import rclpy
+from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped, TwistStamped
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
@@ -32,10 +33,12 @@ from advise_ros.ros.flying import (
     between_poses_ns,
     velocity_command,
 )
+from advise_ros.ros.hearing import Audience
 
 MISSION_PERIOD_S = 0.25
 # A recorder that there is replies to recorder/stop in this time, on a busy machine too.
 RECORDER_PATIENCE_S = 2.0
+DIAGNOSTICS_DEPTH = 100
 
 
 class PilotNode(Node):
@@ -50,6 +53,7 @@ class PilotNode(Node):
 
     Takes `pose` (PoseStamped, frame map) and `vehicle_status`; publishes one `cmd_vel` (TwistStamped, frame map)
     for each pose, with that pose's stamp, and `pilot/status` (std_msgs/String), one sentence at every change.
+    Before its first move it holds until the nodes of heard_by say on `/diagnostics` that its commands arrive.
     Exits 0 when all flights are done, 1 when one could not be flown.
 
     Example:
@@ -70,9 +74,16 @@ class PilotNode(Node):
         self._told = ''
         self._gave_up_at_s: float | None = None
         self._stop_reply: Future | None = None
+        self._audience = self._nodes_to_hear()
+        self._audible_s: float | None = None
         self.exit_code = run.OK
         self._diagnostics = Diagnostics(self)
         self._make_entities()
+
+    def _nodes_to_hear(self) -> Audience:
+        space = self.get_namespace().rstrip('/')
+        names = [name.strip() for name in self.config.heard_by.split(',') if name.strip()]
+        return Audience([f'{space}/{name}' for name in names], self.resolve_topic_name('cmd_vel'))
 
     def _make_entities(self) -> None:
         self._commands = self.create_publisher(TwistStamped, 'cmd_vel', qos.COMMAND)
@@ -81,6 +92,8 @@ class PilotNode(Node):
         self._recorder_stop = self.create_client(Trigger, 'recorder/stop')
         self.create_subscription(VehicleStatus, 'vehicle_status', self._on_vehicle, qos.latched())
         self.create_subscription(PoseStamped, 'pose', self._on_pose, NEWEST_POSE)
+        if self._audience.missing:
+            self.create_subscription(DiagnosticArray, '/diagnostics', self._audience.on_diagnostics, DIAGNOSTICS_DEPTH)
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(MISSION_PERIOD_S, self._on_mission, clock=steady)
         self._watchdog = self.create_timer(1.0 / self.config.watchdog_rate_hz, self._on_watchdog, clock=steady)
@@ -147,7 +160,7 @@ class PilotNode(Node):
             self._fly(self._flight, pose)
 
     def _fly(self, flight: PilotFlight, pose: Pose) -> None:
-        if flight.gave_up and not self._recorder_told():
+        if not self._is_heard() or (flight.gave_up and not self._recorder_told()):
             self._commands.publish(velocity_command(ZERO, pose.stamp_ns))
             return
         try:
@@ -164,6 +177,21 @@ class PilotNode(Node):
             self._enter(self._mission.stage)
             self._advance_mission()
         self._tell(self._sentence())
+
+    def _is_heard(self) -> bool:
+        """Whoever records may not have found this sender yet, and would not know of its first moves."""
+        if not self._audience.missing:
+            return True
+        now_s = time.monotonic()
+        if self._audible_s is None:
+            self._audible_s = now_s
+        self._audience.sent()
+        if now_s - self._audible_s <= self.config.heard_timeout_s:
+            return False
+        missing = ', '.join(sorted(self._audience.missing))
+        self.get_logger().warning(f'{missing} did not count the commands within {self.config.heard_timeout_s:g} s; it flies on')
+        self._audience.missing.clear()
+        return True
 
     def _recorder_told(self) -> bool:
         """The way home is no demonstration: a recorder that listens ends it first; hold until it has."""
@@ -202,6 +230,8 @@ class PilotNode(Node):
         sentence = f'flight {mission.flight} of {mission.flights}: {mission.stage.value}'
         if mission.stage == Stage.WAITING and self._vehicle is not None and self._vehicle.waiting_for:
             sentence += f' ({self._vehicle.waiting_for})'
+        if flight is not None and self._audible_s is not None and self._audience.missing:
+            return f'{sentence}, holding until {", ".join(sorted(self._audience.missing))} hears the commands'
         if flight is None or flight.state is None:
             return sentence
         if flight.ending:

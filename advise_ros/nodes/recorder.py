@@ -194,7 +194,7 @@ class RecorderNode(Node):
     def _tell(self) -> None:
         values = {
             'demonstrations': len(self._recorder.published), 'next': self._recorder.next_id,
-            'poses': self._poses, 'commands': self._commands, **self._refused,
+            **self._counts(), **self._refused,
         }
         waiting = self._waiting_for()
         if self._refused:
@@ -203,6 +203,13 @@ class RecorderNode(Node):
             self._diagnostics.set(diagnostics.WARN, waiting, values)
         else:
             self._diagnostics.set(diagnostics.OK, self._doing(), values)
+
+    def _counts(self) -> dict[str, int]:
+        """Messages heard by topic, as the logger tells them."""
+        if self.config.source != 'topics':
+            return {}
+        heard = {self.config.pose_source: self._poses, 'cmd_vel': self._commands}
+        return {self.resolve_topic_name(topic): count for topic, count in heard.items()}
 
     def _waiting_for(self) -> str:
         if self._link is not None and self._link.problem:

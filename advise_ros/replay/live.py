@@ -23,6 +23,7 @@ from advise_ros.replay.score import Demonstrated, Fly, Learnt, Publish, Score, S
 from advise_ros.replay.session import RecordedSession, at
 from advise_ros.ros import convert, qos
 from advise_ros.ros.graph_client import GraphClient, GraphTimeoutError
+from advise_ros.ros.hearing import counted
 from advise_ros.ros.subscriptions import message_class
 
 PRIVATE_DOMAINS = range(40, 101)
@@ -133,7 +134,7 @@ class Live:
 
     def _recorder_count(self) -> int:
         health = self._client.health.get('recorder')
-        return next((int(pair.value) for pair in health.values if pair.key == 'poses'), 0) if health else 0
+        return counted(health, self._pose_topic) if health else 0
 
     def _send(self, message: Message) -> None:
         self._publishers[message.topic].publish(message.data)

@@ -29,6 +29,7 @@ from advise_msgs.msg import (
 from advise_ros.core.errors import AdviseError
 from advise_ros.ros import convert, qos
 from advise_ros.ros.background import BackgroundSpin
+from advise_ros.ros.hearing import counted
 
 T = TypeVar('T')
 POLL_S = 0.02
@@ -169,12 +170,10 @@ class GraphClient:
             raise AdviseError(f'{name} was refused: {response.message}')
         return str(response.message)
 
-    def hears_positions(self) -> bool:
-        """Whether the recorder and the logger say that positions arrive."""
-        recorder, logger = self.health.get('recorder'), self.health.get('logger')
-        if recorder is None or logger is None or recorder.level != DiagnosticStatus.OK:
-            return False
-        return any(pair.key.endswith('pose') and pair.value not in ('', '0') for pair in logger.values)
+    def is_heard(self, topic: str, *nodes: str) -> bool:
+        """Whether each of these nodes says that it counts messages of a topic."""
+        name = self.node.resolve_topic_name(topic)
+        return all(node in self.health and counted(self.health[node], name) > 0 for node in nodes)
 
     # -- flying ------------------------------------------------------------------------------
     def take_off(self, timeout_s: float) -> None:

@@ -12,7 +12,7 @@ from advise_ros.core.demonstration import EndReason
 from advise_ros.recording.gridfile import grid_to_mapping
 from advise_ros.ros import qos
 from advise_ros.ros.convert import demonstration_from_msg
-from support.flying import until_positions_arrive
+from support.flying import until_heard
 from support.graph import Graph
 from support.policies import best, policy_message, square
 
@@ -33,8 +33,8 @@ def test_pilot_and_policy_fly_in_the_simulator(graph: Graph, grid_file: str, fre
     graph.start('mavlink_bridge', {**clock, 'url': f'udpin:127.0.0.1:{free_udp_port}', 'pose_rate_hz': 10.0})
     graph.start('recorder', clock)
     graph.start('policy', clock)
-    until_positions_arrive(graph, 'recorder', timeout_s=PATIENCE_S)
-    pilot = graph.start('pilot', {**clock, 'noise_rate': 0.1, 'seed': 1})
+    until_heard(graph, '/pose', '/recorder', timeout_s=PATIENCE_S)
+    pilot = graph.start('pilot', {**clock, 'noise_rate': 0.1, 'seed': 1, 'heard_timeout_s': PATIENCE_S})
 
     heard = graph.wait_for('demonstration', Demonstration, qos=qos.DEMONSTRATIONS, timeout_s=PATIENCE_S)
     recorded = demonstration_from_msg(heard)

@@ -10,7 +10,7 @@ from std_srvs.srv import Trigger
 from advise_msgs.action import Fly
 from advise_msgs.msg import FlightStatus, LearnerStatus, VehicleStatus
 from advise_ros.ros import qos
-from support.flying import until_positions_arrive
+from support.flying import until_heard
 from support.graph import Graph
 from support.processes import Process
 
@@ -18,7 +18,7 @@ NAMESPACE = '/drone'
 GRID = """grid:
   {resolution: 2.0, width: 3, height: 2, origin: [-1.0, -1.0], altitude: 3.0, waypoints: [[2, 0], [0, 1], [0, 0]], blocked: []}
 """
-PATIENCE_S = 60.0
+PATIENCE_S = 200.0
 
 
 class Drone:
@@ -64,8 +64,9 @@ class Drone:
 
 def test_a_flown_session_replays_byte_for_byte(graph: Graph, free_udp_port: int, tmp_path: Path) -> None:
     drone = Drone(graph, free_udp_port, tmp_path)
-    until_positions_arrive(graph, 'recorder', 'logger', timeout_s=PATIENCE_S)
-    pilot = drone.on_grid('pilot', flights=1, noise_rate=0.2, speed_m_s=2.0)
+    until_heard(graph, f'{NAMESPACE}/pose', f'{NAMESPACE}/recorder', f'{NAMESPACE}/logger', timeout_s=PATIENCE_S)
+    heard = {'heard_by': 'recorder,logger', 'heard_timeout_s': PATIENCE_S}
+    pilot = drone.on_grid('pilot', flights=1, noise_rate=0.2, speed_m_s=2.0, **heard)
     pilot.wait_exit(PATIENCE_S)
     drone.wait('advise/status', LearnerStatus, lambda m: m.phase == LearnerStatus.ASKING)
     drone.on_grid('expert')
@@ -74,7 +75,7 @@ def test_a_flown_session_replays_byte_for_byte(graph: Graph, free_udp_port: int,
     status = drone.wait('policy/status', FlightStatus, lambda m: m.phase > FlightStatus.FLYING)
     assert drone.logger.terminate() == 0
     report = tmp_path / 'report.json'
-    replay = graph.run('replay', str(drone.bag), '--json', str(report))
+    replay = graph.run('replay', str(drone.bag), '--json', str(report), timeout_s=PATIENCE_S)
     assert replay.popen.returncode == 0, replay.describe()
     values = json.loads(report.read_text())
     assert (values['asked'], values['namespace']) == ('bytes', NAMESPACE)

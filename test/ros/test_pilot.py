@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pytest
 import yaml
+from geometry_msgs.msg import TwistStamped
 from std_msgs.msg import String
 
 from advise_msgs.msg import Demonstration
@@ -35,12 +36,16 @@ def moves(grid: Grid, config: PilotConfig, flight: int) -> list[tuple[int, int]]
     return chosen
 
 
+def moving(command: TwistStamped) -> bool:
+    return bool(command.twist.linear.x or command.twist.linear.y)
+
+
 def test_two_demonstrations_are_flown_and_the_pilot_leaves(graph: Graph, grid_file: str) -> None:
     grid, config = square(), PilotConfig(noise_rate=0.1, seed=3)
     bridge = MockBridge(graph, grid, in_air=False, speedup=20.0)
     told = graph.listen('pilot/status', String, qos.latched(100))
     # A pose that comes late on a busy machine is not what is tried here: its command would have another stamp.
-    patient = {'pose_timeout_s': 30.0, 'speed_m_s': 2.0}
+    patient = {'pose_timeout_s': 30.0, 'speed_m_s': 2.0, 'heard_by': ''}
     pilot = graph.start('pilot', {'grid_file': grid_file, 'flights': 2, 'seed': 3, 'noise_rate': 0.1, **patient})
     assert pilot.wait_exit(60.0) == 0, pilot.text
     assert (bridge.takeoffs, bridge.landings) == (2, 2)
@@ -57,12 +62,14 @@ def test_two_demonstrations_are_flown_and_the_pilot_leaves(graph: Graph, grid_fi
 def test_a_flight_that_is_given_up_is_recorded_up_to_there(graph: Graph, grid_file: str) -> None:
     grid = square()
     bridge = MockBridge(graph, grid, in_air=False, speedup=10.0)
+    plan = {'noise_rate': 0.0, 'mistake_share': 0.0, 'max_moves': 5, 'heard_timeout_s': 60.0}
+    pilot = graph.start('pilot', {'grid_file': grid_file, **plan})
+    graph.wait_for('pilot/status', String, lambda s: 'holding until /recorder hears' in s.data, qos.latched())
     graph.start('recorder', {'grid_file': grid_file})
-    graph.wait_until(lambda: graph.node.count_subscribers('pose') == 1)
-    pilot = graph.start('pilot', {'grid_file': grid_file, 'noise_rate': 0.0, 'mistake_share': 0.0, 'max_moves': 5})
     recorded = graph.wait_for('demonstration', Demonstration, qos=qos.DEMONSTRATIONS)
     assert recorded.end_reason == Demonstration.STOPPED
     assert [grid.cell_of(state) for state in recorded.states] == [0, 1, 2, 5, 8]
+    assert recorded.audit.ambiguous_actions == 0, 'the recorder heard each command of a move, late as it came'
     assert pilot.wait_exit() == 0, pilot.text
     assert grid.cell_at(*bridge.vehicle.position[:2]) == 0
 
@@ -79,8 +86,9 @@ def test_a_vehicle_that_refuses_ends_it_with_its_words(graph: Graph, grid_file: 
 
 def test_a_vehicle_that_is_taken_away_in_flight_is_not_commanded_any_more(graph: Graph, grid_file: str) -> None:
     bridge = MockBridge(graph, square(), speedup=5.0)
-    pilot = graph.start('pilot', {'grid_file': grid_file, 'handle_vehicle': False})
-    graph.wait_until(lambda: len(bridge.commands) > 20, what='commands')
+    pilot = graph.start('pilot', {'grid_file': grid_file, 'handle_vehicle': False, 'heard_timeout_s': 0.5})
+    graph.wait_until(lambda: any(moving(command) for command in bridge.commands), what='a move')
+    assert '/recorder did not count the commands within 0.5 s' in pilot.text
     bridge.in_air = False
     bridge.publish_status()
     assert pilot.wait_exit() == 1

@@ -5,9 +5,8 @@ from __future__ import annotations
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped, TwistStamped
 
+from advise_ros.ros.hearing import counted
 from support.graph import Graph
-
-POSE_COUNTS = ('poses', 'pose')
 
 
 def velocity(east: float, north: float, up: float = 0.0, frame: str = 'map') -> TwistStamped:
@@ -29,12 +28,10 @@ def pose(east: float, north: float, up: float, frame: str = 'map') -> PoseStampe
     return message
 
 
-def until_positions_arrive(graph: Graph, *names: str, timeout_s: float) -> None:
-    """Wait until each of these nodes counts positions: what flies before that is lost on them, by best effort."""
-    for name in names:
-        graph.wait_for('/diagnostics', DiagnosticArray, lambda a, name=name: _counts_positions(a, name), timeout_s=timeout_s)
+def until_heard(graph: Graph, topic: str, *nodes: str, timeout_s: float) -> None:
+    """Wait until each of these nodes, by its full name, counts messages of a topic: what comes before is lost on it."""
+    for node in nodes:
+        def counts(array: DiagnosticArray, node: str = node) -> bool:
+            return any(status.name == node and counted(status, topic) > 0 for status in array.status)
 
-
-def _counts_positions(array: DiagnosticArray, name: str) -> bool:
-    said = [pair for status in array.status if status.name.endswith(name) for pair in status.values]
-    return any(pair.key.endswith(POSE_COUNTS) and pair.value.isdigit() and int(pair.value) > 0 for pair in said)
+        graph.wait_for('/diagnostics', DiagnosticArray, counts, timeout_s=timeout_s)
