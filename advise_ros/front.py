@@ -1,6 +1,6 @@
-"""Where every executable begins: Ctrl-C ends it without a traceback, also while it still reads its libraries.
+"""Where every executable begins: Ctrl-C and SIGTERM end it without a traceback, also while it still reads its libraries.
 
-Only exit codes and the standard library are imported before the handler stands; the rest takes a second or more.
+Only exit codes and the standard library are imported before the handlers stand; the rest takes a second or more.
 """
 
 from __future__ import annotations
@@ -13,13 +13,15 @@ from importlib import import_module
 
 from advise_ros.exits import INTERRUPTED
 
+PYTHON_STARTS_WITH = {signal.SIGINT: signal.default_int_handler, signal.SIGTERM: signal.SIG_DFL}
+
 
 class Front:
     """The entry points of a package: `nodes.policy` runs `main` of advise_ros.nodes.policy.
 
     Args:
         package: whose modules are run.
-        interrupted: exit code when Ctrl-C comes before the module takes care of it.
+        interrupted: exit code when Ctrl-C or SIGTERM comes before the module takes care of it.
     """
 
     def __init__(self, package: str, interrupted: int) -> None:
@@ -30,12 +32,12 @@ class Front:
 
     def _run(self, name: str) -> None:
         # A process in the background of a script is not to be interrupted: leave that as it is.
-        watched = signal.getsignal(signal.SIGINT) is signal.default_int_handler
-        if watched:
-            signal.signal(signal.SIGINT, self._leave)
+        watched = [number for number, handler in PYTHON_STARTS_WITH.items() if signal.getsignal(number) is handler]
+        for number in watched:
+            signal.signal(number, self._leave)
         main = import_module(f'{self._package}.{name}').main
-        if watched:
-            signal.signal(signal.SIGINT, signal.default_int_handler)
+        for number in watched:
+            signal.signal(number, signal.default_int_handler)  # SIGTERM leaves by KeyboardInterrupt, too: in good order.
         try:
             main()
         except KeyboardInterrupt:

@@ -31,6 +31,9 @@ EPILOG = """examples:
   ./advise answer --retract 2                                take answer 2 back
 A learner in a namespace: add --ros-args -r __ns:=/NAMESPACE
 
+Next: show the next question by the same command without arguments; when none is left, fly the policy:
+  ros2 action send_goal --feedback policy/fly advise_msgs/action/Fly "{start_cell: -1}"     (or f in ./advise ask)
+
 exit code: 0 accepted (or shown), 1 refused, 2 wrong usage or no learner there; 130 interrupted"""
 
 

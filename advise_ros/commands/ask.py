@@ -30,14 +30,19 @@ from advise_ros.ros.run import exit_now
 from advise_ros.ros.terminal import Terminal
 
 POLL_S = 0.03
-EPILOG = """keys:
+EPILOG = """examples:
+  ./advise ask                                    the open question, as soon as there is one
+  ./advise ask --ros-args -r __ns:=/drone1        of a learner in a namespace
+
+keys:
   arrows (or h j k l)          this direction is right
   Shift + arrows (or H J K L)  this direction is wrong; o: all others are
   Enter send   s skip   u unsure   Backspace undo   t take an earlier answer back
   m these cells differ: arrows move, x marks those that go another way, Enter sends; s splits it by itself
   1-9 map   r how it was flown there   v where it is unsure   ? all keys   q leave
   Space HOLD   f fly the policy   T take off   G land   R record a demonstration   S stop it   D discard it
-A learner in a namespace: add --ros-args -r __ns:=/NAMESPACE
+
+Next: when no question is left, T takes off and f flies what was learnt; `./advise answer` shows what was said.
 
 exit code: 0 left, 2 wrong usage or no terminal; 130 interrupted"""
 

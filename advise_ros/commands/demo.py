@@ -31,6 +31,8 @@ EXAMPLES = """examples:
   ./advise demo --seed 7 --flights 8   another pilot, more demonstrations
   make demo EXPERT=human SEED=7        the same through make
 
+Next: open OUT/report.html; ./advise replay OUT/bag -p advise.clusters:=8 shows what another parameter would have changed.
+
 exit code: 0 the story holds; 1 it does not, or something in it failed; 2 wrong usage; 130 interrupted
 """
 COMPUTE_PATIENCE_S = 300.0

@@ -44,6 +44,10 @@ EXAMPLES = """examples:
 
 Of a recording that is cut off or damaged, what is whole is used and the rest told.
 
+Next: learn from them, and see the first question:
+  ./advise advise --ros-args -p grid_file:=config/grid_6x6.yaml -p demonstrations_file:=demos.json
+  ./advise answer
+
 exit code: 0 all recordings gave demonstrations; 2 wrong usage, or a recording gave none
 (the demonstrations of the others are written all the same); 130 interrupted, nothing written"""
 

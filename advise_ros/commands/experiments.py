@@ -29,6 +29,7 @@ EPILOG = """examples:
   ./advise experiments learn --problem p.npz --out r.npz
   ./advise experiments learn --dataset season --out r.npz
 
+Next: look at the pictures in OUT; docs/paper.md tells what the paper has in their places.
 Results are kept trial by trial in OUT/trials.jsonl: after an interruption the same command goes on.
 exit code: 0 done; 1 learn: no reward satisfies strict advice; 2 wrong usage or input; 130 interrupted"""
 

@@ -30,6 +30,8 @@ EPILOG = """examples:
   ./advise fly_check tcp:127.0.0.1:5760 --grid config/grid_6x6.yaml     does the vehicle's own fence leave room for it?
   ./advise fly_check /dev/ttyACM0 --baud 57600 --wait 60 --signing-key key
 
+Next: when nothing is wrong, ./advise mavlink_bridge --ros-args -p url:=udpin:127.0.0.1:14550 -p grid_file:=config/grid_6x6.yaml
+
 exit code: 0 nothing is wrong, 1 something is, 2 wrong usage or no autopilot heard; 130 interrupted"""
 
 

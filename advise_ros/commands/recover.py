@@ -17,6 +17,8 @@ EPILOG = """examples:
 
 The original is never changed. discretise and replay read unfinished bags as they are; other people's tools want whole ones.
 
+Next: ./advise replay session1_recovered
+
 exit code: 0 the bag is whole, or a whole one was written; 1 nothing in it is whole; 2 wrong usage, or OUT cannot be
 written; 130 interrupted, nothing written"""
 

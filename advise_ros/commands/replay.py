@@ -34,6 +34,9 @@ examples:
 
 Of a bag that is cut off or damaged, what is whole is replayed and the rest told.
 
+Next: keep the verdict of a session that you accept (--json accepted.json) and hold the next version to it (--against);
+docs/replay.md has the workflow.
+
 exit code: 0 all agree; 1 something differs or would have changed; 2 wrong usage, or no bag with a session; 130 interrupted"""
 
 

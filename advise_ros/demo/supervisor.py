@@ -15,7 +15,7 @@ from typing import IO, Any
 from ament_index_python.packages import get_package_prefix
 
 from advise_ros.core.errors import AdviseError
-from advise_ros.demo.parent import die_with_parent
+from advise_ros.parent import die_with_parent
 
 LAST_LINES = 12
 STOP_PATIENCE_S = 8.0

@@ -13,7 +13,7 @@ from advise_ros.config import AdviseConfig, ExpertConfig, PilotConfig, PolicyCon
 from advise_ros.core.grid import Grid
 from advise_ros.core.trial import TrialResult, TrialSettings, run_trial
 from advise_ros.demo.options import DemoOptions, node_config
-from advise_ros.demo.parent import die_with_parent
+from advise_ros.parent import die_with_parent
 from advise_ros.settings import learn_settings
 
 NICENESS = 5

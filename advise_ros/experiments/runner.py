@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterable, Iterator
 from typing import Any, NamedTuple
 
 from advise_ros.core.errors import InputError
 from advise_ros.experiments.store import Store
 from advise_ros.experiments.work import Task, perform
+from advise_ros.parent import die_with_parent
 
 Performer = Callable[[list[Task]], Iterator[tuple[Task, list[Any]]]]
 
@@ -29,7 +31,8 @@ class OnCores(NamedTuple):
     def __call__(self, tasks: list[Task]) -> Iterator[tuple[Task, list[Any]]]:
         from joblib import Parallel, delayed  # noqa: PLC0415 - needed here only
 
-        parallel = Parallel(self.jobs, return_as='generator_unordered', batch_size=1)
+        tied = {'initializer': die_with_parent, 'initargs': (os.getpid(),)}  # They would work on for half a minute.
+        parallel = Parallel(self.jobs, return_as='generator_unordered', batch_size=1, **tied)
         results: Iterator[tuple[Task, list[Any]]] = parallel(delayed(_paired)(task) for task in tasks)
         return results
 

@@ -44,6 +44,7 @@ class AdviseNode(Node):
     answer is on the disk before the service replies, and the next start goes on from there.
 
     Example: ros2 run advise_ros advise --ros-args -p grid_file:=config/grid_6x6.yaml
+    Next: answer its questions by `ask`, `console` or `answer`; `policy` flies what it learnt.
     """
 
     def __init__(self) -> None:

@@ -32,6 +32,7 @@ class ConsoleNode(Node):
     `mavlink_bridge/land`.
 
     Example: ros2 run advise_ros console --ros-args -p port:=8080
+    Next: open the address that it prints; when the questions are answered, take off and fly on the page.
     """
 
     def __init__(self) -> None:

@@ -33,6 +33,7 @@ class ExpertNode(Node):
     The true route is that of `grid_file`, or of the query when none is given. It stays until it is stopped.
 
     Example: ros2 run advise_ros expert --ros-args -p error_rate:=0.1 -p thinking_time_s:=2.0
+    Next: `policy` flies what was learnt; `answer` shows what was said.
     """
 
     def __init__(self) -> None:

@@ -110,9 +110,10 @@ class Guard(ManagedNode):
 
     A managed node: while it is inactive each command becomes zero velocity.
 
-    With MAVROS:
+    Example, with MAVROS:
       ros2 run advise_ros guard --ros-args -p grid_file:=config/grid_6x6.yaml \\
         -r pose:=/mavros/local_position/pose -r guard/cmd_vel:=/mavros/setpoint_velocity/cmd_vel
+    Next: `policy`, `pilot` or `teleop`; ros2 topic echo /diagnostics tells what it changed and why.
     """
 
     def __init__(self) -> None:

@@ -48,6 +48,7 @@ class Logger(Node):
     the bag. It opens in `ros2 bag`, rosbags, mcap and Foxglove; `replay BAG` checks it.
 
     Example: ros2 run advise_ros logger --ros-args -p bag:=session1
+    Next: start the other nodes; after Ctrl-C, `replay session1` checks what was recorded.
     """
 
     def __init__(self) -> None:

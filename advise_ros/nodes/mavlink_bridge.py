@@ -65,8 +65,8 @@ class MavlinkBridge(ManagedNode):
     leads back from there). While it is inactive it tells what the vehicle says, lands it and disarms it when
     asked, and sends nothing else. Cleaning it up closes the link.
 
-    Example:
-      ros2 run advise_ros mavlink_bridge --ros-args -p url:=udpin:127.0.0.1:14550 -p grid_file:=config/grid_6x6.yaml
+    Example: ros2 run advise_ros mavlink_bridge --ros-args -p url:=udpin:127.0.0.1:14550 -p grid_file:=config/grid_6x6.yaml
+    Next: start `recorder`, then take off and fly by `teleop` or `pilot`, or take off by
       ros2 service call mavlink_bridge/takeoff std_srvs/srv/Trigger
     """
 

@@ -56,8 +56,8 @@ class PilotNode(Node):
     Before its first move it holds until the nodes of heard_by say on `/diagnostics` that its commands arrive.
     Exits 0 when all flights are done, 1 when one could not be flown.
 
-    Example:
-      ros2 run advise_ros pilot --ros-args -p grid_file:=config/grid_6x6.yaml -p flights:=3
+    Example: ros2 run advise_ros pilot --ros-args -p grid_file:=config/grid_6x6.yaml -p flights:=3
+    Next: `ask` or `console` shows what the drone wants to know about what was flown; `expert` answers like a person.
     """
 
     def __init__(self) -> None:

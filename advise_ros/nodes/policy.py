@@ -66,7 +66,8 @@ class PolicyNode(ManagedNode):
     A managed node: while it is not active it commands nothing and refuses to fly; to deactivate it in flight
     holds the vehicle and ends the flight.
 
-    Example:
+    Example: ros2 run advise_ros policy --ros-args -p grid_file:=config/grid_6x6.yaml -p speed_m_s:=2.0
+    Next: take off and fly by T and f in `ask`, on the page of `console`, or by
       ros2 action send_goal --feedback policy/fly advise_msgs/action/Fly "{start_cell: -1}"
     """
 

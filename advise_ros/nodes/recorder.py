@@ -55,6 +55,7 @@ class RecorderNode(Node):
     being recorded, or else takes back the last one published: a demonstration with its id and no moves.
 
     Example: ros2 run advise_ros recorder --ros-args -p grid_file:=config/grid_6x6.yaml
+    Next: fly by `teleop` or `pilot`; `advise` learns from the demonstrations.
     """
 
     def __init__(self) -> None:

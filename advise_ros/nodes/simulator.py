@@ -36,8 +36,10 @@ class SimulatorNode(Node):
     (rosgraph_msgs/Clock), equal to the time_boot_ms of its messages, and says on /diagnostics which speed it
     reaches. At any speed but 1 every other node needs -p use_sim_time:=true.
 
-    Example: ros2 run advise_ros simulator --ros-args -p endpoint:=udpout:127.0.0.1:14550 -p speedup:=10.0
-             ros2 run advise_ros simulator --ros-args -p autopilot:=px4
+    Examples:
+      ros2 run advise_ros simulator --ros-args -p endpoint:=udpout:127.0.0.1:14550 -p speedup:=10.0
+      ros2 run advise_ros simulator --ros-args -p autopilot:=px4
+    Next: `mavlink_bridge` on the same port; `fly_check udpin:127.0.0.1:14550` shows what it says.
     """
 
     def __init__(self) -> None:

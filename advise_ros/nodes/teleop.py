@@ -50,8 +50,8 @@ class TeleopNode(Node):
     is let go becomes zero velocity after key_timeout_s. Publishes `cmd_vel` (TwistStamped, frame map) while
     vehicle_status.commandable is true; shows `pose`, and with grid_file the cell and the next waypoint.
 
-    Example:
-      ros2 run advise_ros teleop --ros-args -p grid_file:=config/grid_6x6.yaml
+    Example: ros2 run advise_ros teleop --ros-args -p grid_file:=config/grid_6x6.yaml
+    Next: `ask` or `console` shows what the drone wants to know about what you flew.
     """
 
     def __init__(self) -> None:

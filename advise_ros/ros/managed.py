@@ -142,7 +142,8 @@ class ManagedNode(LifecycleNode):
             return TransitionCallbackReturn.FAILURE
         except Exception as problem:  # rclpy would hide it
             self._problem = problem
-            self.get_logger().error(f'a transition failed: {problem!r}')
+            if rclpy.ok():  # Else a signal ended the context in the middle of it.
+                self.get_logger().error(f'a transition failed: {problem!r}')
             raise
         self._enter(to)
         return TransitionCallbackReturn.SUCCESS

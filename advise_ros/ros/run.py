@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 import os
+import signal
 import sys
 import textwrap
 from collections.abc import Sequence
@@ -58,8 +59,18 @@ def run_node(node_class: type[Node], config_class: type[Any], argv: Sequence[str
         return fail(str(problem))
     if rest:
         return fail(f'{name} takes ROS arguments only, not {rest[0]!r}; parameters go as --ros-args -p NAME:=VALUE (see --help)')
+    return _spin(node_class) if _joined(args) else OK
+
+
+def _joined(args: list[str]) -> bool:
+    """Start ROS, which takes care of signals from then on; False when SIGTERM came first.
+
+    rclpy calls the handler that it found as well: one that leaves a note and does nothing else.
+    """
+    terminated: list[int] = []
+    signal.signal(signal.SIGTERM, lambda number, _: terminated.append(number))
     rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.ALL)
-    return _spin(node_class)
+    return not terminated
 
 
 def _executable_name(node_class: type[Node]) -> str:
@@ -77,11 +88,11 @@ def _spin(node_class: type[Node]) -> int:
         executor.spin()
     except (ExternalShutdownException, KeyboardInterrupt):
         pass
-    except AdviseError as problem:
-        code = fail(str(problem))
-    except Exception:
-        if rclpy.ok():  # Else a signal ended the context in the middle of a wait: a clean stop.
-            raise
+    except Exception as problem:
+        if rclpy.ok():  # Else a signal ended the context in the middle of something: a clean stop.
+            if not isinstance(problem, AdviseError):
+                raise
+            code = fail(str(problem))
     finally:
         if node is not None:
             close = getattr(node, 'close', None)

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import signal
 import socket
+import subprocess
+import sys
 from itertools import dropwhile
 
 import pytest
@@ -23,6 +26,27 @@ from support.policies import best, policy_message, square
 from support.scripted import ScriptedCopter, UdpPeer
 
 REST = (0.0, 0.0, 0.0)
+STOPPED_WHILE_CONFIGURED = """
+import os, sys, time
+import rclpy
+from std_msgs.msg import String
+from advise_ros.config import PolicyConfig
+from advise_ros.ros import qos, run
+from advise_ros.ros.managed import ManagedNode
+
+class Node(ManagedNode):
+    def __init__(self):
+        super().__init__('node')
+        self.autostart(wanted=True)
+
+    def open_up(self):
+        os.kill(os.getpid(), int(sys.argv[1]))
+        while rclpy.ok():
+            time.sleep(0.01)
+        self.hear(String, 'topic', print, qos.COMMAND)
+
+sys.exit(run.run_node(Node, PolicyConfig, []))
+"""
 
 
 def change(graph: Graph, name: str, label: str = '', number: int = 0) -> bool:
@@ -185,3 +209,10 @@ def test_an_inactive_bridge_tells_and_lands_and_nothing_else(graph: Graph, free_
     set_state(graph, 'mavlink_bridge', 'configure', 'activate')
     with UdpPeer(ScriptedCopter(), free_udp_port):
         status(ready=True)
+
+
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
+def test_a_stop_in_the_middle_of_a_transition_is_no_failure(ros_env: dict[str, str], number: signal.Signals) -> None:
+    command = [sys.executable, '-c', STOPPED_WHILE_CONFIGURED, str(int(number))]
+    done = subprocess.run(command, env=ros_env, capture_output=True, text=True, timeout=120, check=False)
+    assert (done.returncode, done.stderr) == (0, '')

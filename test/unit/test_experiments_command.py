@@ -3,11 +3,16 @@
 from __future__ import annotations
 
 import json
+import signal
+import subprocess
+import time
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
 from advise_ros.commands import experiments
+from support.processes import executable, living_in_group
 
 METHODS = ['clustered', 'single', 'random', 'trajectories', 'ideal', 'shuffled']
 
@@ -64,3 +69,23 @@ def test_wrong_input_is_told_in_one_sentence(
     said = capsys.readouterr().err
     assert told in said
     assert 'Traceback' not in said
+
+
+def test_sigterm_ends_it_as_ctrl_c_does_and_its_workers_with_it(tmp_path: Path) -> None:
+    arguments = ['figure5', '--domain', 'wumpus', '--trials', '1000', '--jobs', '2', '--out', str(tmp_path)]
+    command = [executable('experiments'), *arguments]
+    with subprocess.Popen(command, start_new_session=True, stderr=subprocess.PIPE, text=True) as process:
+        trials = tmp_path / 'trials.jsonl'
+        wait_until(lambda: trials.exists() and trials.stat().st_size)
+        assert len(living_in_group(process.pid)) > 2
+        process.send_signal(signal.SIGTERM)
+        wait_until(lambda: not living_in_group(process.pid))
+        _, said = process.communicate()
+    assert (process.returncode, said) == (130, 'stopped; the trials that are done are kept, the same command goes on\n')
+
+
+def wait_until(condition: Callable[[], object]) -> None:
+    end = time.monotonic() + 120.0
+    while not condition():
+        assert time.monotonic() < end
+        time.sleep(0.05)

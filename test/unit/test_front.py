@@ -1,4 +1,4 @@
-"""Ctrl-C at any moment of an executable's life: while its libraries are read, and in it."""
+"""Ctrl-C or SIGTERM at any moment of an executable's life: while its libraries are read, and in it."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ MODULES = {
 
 
 @pytest.mark.parametrize('module', MODULES)
-@pytest.mark.parametrize('code', [0, 130])
-def test_an_interruption_is_no_traceback(module: str, code: int, tmp_path: Path) -> None:
+@pytest.mark.parametrize(('number', 'code'), [(signal.SIGINT, 0), (signal.SIGTERM, 130)])
+def test_an_interruption_is_no_traceback(module: str, number: signal.Signals, code: int, tmp_path: Path) -> None:
     (tmp_path / 'package').mkdir()
     for name, text in MODULES.items():
         (tmp_path / 'package' / f'{name}.py').write_text(text)
@@ -28,8 +28,8 @@ def test_an_interruption_is_no_traceback(module: str, code: int, tmp_path: Path)
     with subprocess.Popen([sys.executable, '-c', start], cwd=tmp_path, stdout=-1, stderr=-1, text=True) as process:
         assert process.stdout is not None
         assert process.stdout.readline() == 'here\n'
-        process.send_signal(signal.SIGINT)
-        _, said = process.communicate(timeout=20)
+        process.send_signal(number)
+        _, said = process.communicate(timeout=60)
     assert (process.returncode, said) == (code, '')
 
 
