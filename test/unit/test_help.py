@@ -25,5 +25,5 @@ def test_it_has_an_example_and_a_next_step(
         import_module(f'advise_ros.{EXECUTABLES[name]}').main()
     said = capsys.readouterr().out
     assert not left.value.code
-    assert re.search(rf'^ *examples?\b.*(\n.*)?(ros2 run advise_ros|\./advise) {name}\b', said, re.I | re.M), said
-    assert re.search(r'^ *Next: \S', said, re.MULTILINE), said
+    assert re.search(rf'(?im)^ *examples?\b.*(\n.*)?(ros2 run advise_ros|\./advise) {name}\b', said), said
+    assert re.search(r'(?m)^ *Next: \S', said), said
