@@ -12,6 +12,7 @@ from advise_ros.core.errors import InputError
 from advise_ros.core.flights import Flight, split, why_not
 from advise_ros.core.grid import Grid
 from advise_ros.core.recorder import BEGINNING_UNHEARD, beginning_unheard
+from advise_ros.replay.listeners import heard_otherwise
 from advise_ros.replay.session import Recorded, RecordedSession, at
 from advise_ros.replay.stage import Comparison, Stage
 from advise_ros.ros import convert
@@ -39,6 +40,8 @@ def demonstration_stages(session: RecordedSession, comparison: Comparison) -> li
         stage.notes.append(f'{elsewhere} demonstrations were not flown in this bag and are taken as they are')
     if comparison.what_if:
         return [stage]
+    if not stage.agrees:
+        stage.notes += heard_otherwise(session, flown)
     return [stage, *([_windows(session, config, flown)] if flown and config.split == 'flights' else [])]
 
 
