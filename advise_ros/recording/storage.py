@@ -31,6 +31,7 @@ BATCH = 4096
 LOADER = getattr(yaml, 'CSafeLoader', yaml.SafeLoader)
 OPCODES = {3: Schema, 4: ChannelRecord}
 ENCODINGS = {MessageDefinitionFormat.MSG: 'ros2msg', MessageDefinitionFormat.IDL: 'ros2idl'}
+REST_WAS_READ = '; what is whole was read'
 NOT_THERE = 'there is no such file; name a bag directory or an .mcap file'
 
 ProgressCallback = Callable[[int, int], None]
@@ -75,6 +76,8 @@ def open_source(path: str | Path) -> Source:
     bag = Path(path)
     if not bag.exists():
         raise LogError(f'{path}: {NOT_THERE}')
+    if bag.suffix == '.tlog':
+        raise LogError(f'{path} is a telemetry log and no bag; discretise reads it')
     if not bag.is_dir():
         return McapSource(bag, [bag])
     inside = sorted(bag.glob('*.mcap'), key=_number)
@@ -143,7 +146,8 @@ class McapSource:
                 yield from self._of_file(salvage, progress)
                 self._tell(file, salvage)
         if not self._count and not self.records:
-            raise LogError(f'{self._path} holds nothing whole ({"; ".join(self.notes) or "no messages"}); name another recording')
+            why = '; '.join(self.notes).replace(REST_WAS_READ, '') or 'no messages'
+            raise LogError(f'{self._path} holds nothing whole ({why}); name another recording')
         if self._told is not None and self._told != self._count and self._finished:
             self.notes.append(f'{METADATA_FILE} tells of {self._told} messages, its files hold {self._count}')
 
@@ -190,7 +194,7 @@ class McapSource:
     def _tell(self, file: Path, salvage: Salvage) -> None:
         if salvage.told():
             self._finished = False
-            self.notes.append(f'{file.name}: {salvage.told()}; what is whole was read')
+            self.notes.append(f'{file.name}: {salvage.told()}{REST_WAS_READ}')
 
 
 class _Channels:

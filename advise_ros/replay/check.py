@@ -32,15 +32,26 @@ def check(
         overrides: what is to be otherwise; then the report tells what would have changed.
 
     Raises:
-        InputError: the bag cannot be read, holds no session, or its session is on another grid.
+        InputError: the bag cannot be read, holds no session, its session is on another grid, or the overrides make no grid.
     """
     begin_s = time.perf_counter()
     session = read_session(bag, namespace, overrides)
     if grid_file is not None:
         _check_grid(session, grid_file)
+    _check_overrides(session)
     comparison = Comparison(session)
     stages = tuple(stage for rebuild in STAGES for stage in rebuild(session, comparison))
     return Report(session, stages, comparison.rebuilt, time.perf_counter() - begin_s)
+
+
+def _check_overrides(session: RecordedSession) -> None:
+    """No grid at all is a mistake of the one who asks, not something that would have changed."""
+    for recorded in session.on('demonstration'):
+        try:
+            flown = convert.grid_from_msg(recorded.value.grid)
+        except InputError:  # The stages will tell of it.
+            continue
+        session.grid(flown)
 
 
 def _check_grid(session: RecordedSession, grid_file: str | Path) -> None:

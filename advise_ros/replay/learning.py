@@ -52,7 +52,7 @@ def learning_stages(session: RecordedSession, comparison: Comparison) -> list[St
     found = episodes(session)
     config = session.config(AdviseConfig, 'advise') if found else AdviseConfig()
     heard = _heard(session, comparison)
-    if session.overrides.get(GRID) and any(episode.log for episode in found):
+    if any(episode.log and _elsewhere(session, episode) for episode in found):
         policies.notes.append('the answers were given on the grid that was flown and are left out')
     for episode in found:
         try:
@@ -84,6 +84,17 @@ def episodes(session: RecordedSession) -> list[Episode]:
             next_id = counted.query(number, found[-1].next_query_id)
             found[-1] = found[-1]._replace(query=recorded, next_query_id=next_id)
     return found
+
+
+def _elsewhere(session: RecordedSession, episode: Episode) -> bool:
+    """Whether another grid takes the place of the one that was flown."""
+    if not session.overrides.get(GRID):
+        return False
+    try:
+        flown = convert.grid_from_msg(episode.policy.value.grid)
+        return session.grid(flown) != flown
+    except InputError:  # Told where the policy is learnt again.
+        return False
 
 
 class _Counted:

@@ -247,7 +247,10 @@ def test_not_a_bag(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / 'metadata.yaml').write_text('rosbag2: [')
     assert 'not one of rosbag2' in error_of(capsys, tmp_path)
     (tmp_path / 'text.mcap').write_text('this is a text, and a rather long one')
-    assert 'holds nothing whole' in error_of(capsys, tmp_path / 'text.mcap')
+    said = error_of(capsys, tmp_path / 'text.mcap')
+    assert 'holds nothing whole' in said and 'was read' not in said
+    (tmp_path / 'flight.tlog').write_bytes(b'')
+    assert 'is a telemetry log and no bag' in error_of(capsys, tmp_path / 'flight.tlog')
 
 
 def test_of_a_bag_that_was_cut_off_what_is_whole_must_agree(bag: SessionBag, tmp_path: Path) -> None:

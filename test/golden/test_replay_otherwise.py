@@ -88,8 +88,15 @@ def test_a_wrong_override_is_one_sentence(word: str, sentence: str) -> None:
 
 
 def test_an_override_that_makes_no_grid_exits_2(bag: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert replay.run([str(bag), '-p', 'grid.luck:=1']) == 2
-    assert capsys.readouterr().err.count('\n') == 1
+    for override in ('grid.luck:=1', 'grid.resolution:=0', 'grid.waypoints:=[[9, 9]]'):
+        assert replay.run([str(bag), '-p', override]) == 2
+        captured = capsys.readouterr()
+        assert captured.err.count('\n') == 1 and not captured.out
+
+
+def test_the_same_grid_changes_nothing_and_leaves_no_answer_out(bag: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert replay.run([str(bag), '-p', f'grid.width:={GRID.width}']) == 0
+    assert 'are left out' not in capsys.readouterr().out
 
 
 # -- a baseline ------------------------------------------------------------------------------------
