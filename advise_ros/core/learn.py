@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -14,12 +14,12 @@ from advise_ros.core.counts import count
 from advise_ros.core.demonstration import Demonstration, standing
 from advise_ros.core.digest import digest, evidence, map_of
 from advise_ros.core.errors import InputError
-from advise_ros.core.gain import GAIN
+from advise_ros.core.gain import GAIN, in_effect
 from advise_ros.core.grid import Grid
 from advise_ros.core.infer import Inferred, infer
 from advise_ros.core.learn_settings import LearnSettings
 from advise_ros.core.local_program import Solved, is_large
-from advise_ros.core.mdp import mdp_of
+from advise_ros.core.mdp import mdp_of, occurring
 from advise_ros.core.numerics import Floats, Ints
 from advise_ros.core.queries import Numbering, Situation, drawn, mixed, next_query
 from advise_ros.core.trust import agreed, narrowed
@@ -127,13 +127,14 @@ def learn(  # noqa: PLR0913 - evidence and numbering of a session
     advice = advice_in(log)
     if settings.confirm and settings.slack_cost > 0:
         advice = agreed(advice, counts.taken)
-    if settings.acquisition == GAIN:
+    asks = replace(settings, acquisition=in_effect(settings.acquisition, counts.visits[occurring(grid)]))
+    if asks.acquisition == GAIN:
         advice = narrowed(advice)
     inferred = infer(mdp, counts.favourite(), advice, settings, earlier)
     unsure = uncertainty(demonstrated, inferred.probabilities, settings.w_p)
     clusters = cluster_states(grid, counts, settings)
     clusters = split(grid, clusters, mixed(log), settings.seed, drawn(log))
-    situation = Situation(grid, settings, mdp, counts, demonstrated, inferred, unsure, clusters)
+    situation = Situation(grid, asks, mdp, counts, demonstrated, inferred, unsure, clusters)
     asking = next_query(situation, log, Numbering(version, next_query_id, budget))
     return Learned(
         grid=grid,

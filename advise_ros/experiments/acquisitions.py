@@ -27,17 +27,8 @@ AS_GOOD, ON_TIME = 0.01, 2
 
 IDEAL = Variant('ideal', clustering='ideal', acquisition='disagreement', temperature=0.1)
 PAPER = Variant('paper')
-EVIDENCE = Variant(
-    'evidence', clustering='evidence', clusters=0, features=1.0, acquisition='disagreement', temperature=0.1, confirm=True,
-)
 GAINS = Variant('gain', acquisition='gain', temperature=0.1, confirm=True)
-VARIANTS = (
-    IDEAL,
-    PAPER,
-    Variant('disagreement', acquisition='disagreement', temperature=0.1),
-    EVIDENCE,
-    GAINS,
-)
+VARIANTS = (IDEAL, PAPER, GAINS)
 
 
 class Row(NamedTuple):

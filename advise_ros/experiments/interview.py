@@ -11,7 +11,7 @@ import numpy as np
 from advise_ros.core.acquisition import Ranking, cluster_uncertainty, doubt, select, unexplained
 from advise_ros.core.advice import AdviceRecord, Verdict
 from advise_ros.core.contradictions import advice_in, preferences
-from advise_ros.core.gain import GAIN, Known, Worth, worth
+from advise_ros.core.gain import GAIN, Known, Worth, in_effect, worth
 from advise_ros.core.mdp import boltzmann, greedy, occupancy
 from advise_ros.core.numerics import Bools, Floats, Ints
 from advise_ros.core.program import Preference
@@ -76,6 +76,8 @@ class _Stand(NamedTuple):
 
 
 def _interview(shown: Shown, variant: Variant, first: Fitted) -> Interview:
+    visits = shown.counts.visits[shown.domain.acting]
+    variant = replace(variant, acquisition=in_effect(variant.acquisition, visits))
     stands = list(_stands(shown, variant, first))
     performance = [round(stand.fitted.performance, DECIMALS) for stand in stands]
     doubts = [round(stand.doubt_left, DECIMALS) for stand in stands]

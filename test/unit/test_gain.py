@@ -8,16 +8,30 @@ import numpy as np
 import pytest
 
 from advise_ros.core.advice import Verdict
-from advise_ros.core.belief import log_beliefs, shares
-from advise_ros.core.gain import Known, common, heard, worth
+from advise_ros.core.belief import habits, log_beliefs, shares
+from advise_ros.core.gain import MOVES, Known, common, heard, in_effect, worth
 from advise_ros.core.learn import LearnSettings, learn
 from advise_ros.core.numerics import Ints
+from advise_ros.core.session import Session
 from advise_ros.core.trust import narrowed
-from support.learning import EAST, NORTH, ROUND_TRIP, SOUTH, WEST, answer, flights, learn_now, ready, record
+from support.learning import EAST, NORTH, ROUND_TRIP, SOUTH, WEST, answer, flights, learn_now, record
 
 # Two states flown east, two flown north again and again but east now and then, one flown north.
 TAKEN = np.array([[0, 20, 1, 0], [1, 19, 0, 0], [14, 6, 0, 0], [15, 5, 1, 0], [20, 0, 0, 1]])
 CLUSTERS = np.array([0, 0, 1, 1, 2])
+
+
+# So many flights leave enough moves a state for beliefs.
+OFTEN = 16
+
+
+def often(settings: LearnSettings) -> Session:
+    """A session with many flights."""
+    session = Session(ROUND_TRIP, settings)
+    for flight in flights(0, OFTEN):
+        session.add(flight)
+    learn_now(session)
+    return session
 
 
 def _known(*answers: object, taken: Ints = TAKEN) -> Known:
@@ -26,20 +40,20 @@ def _known(*answers: object, taken: Ints = TAKEN) -> Known:
 
 
 def test_who_hardly_slips_is_believed_and_who_contradicts_himself_is_not() -> None:
-    beliefs = shares(log_beliefs(TAKEN))
+    beliefs = shares(log_beliefs(habits(TAKEN)))
     assert beliefs.argmax(axis=1)[[0, 1, 4]].tolist() == [EAST, EAST, NORTH]
     assert (beliefs.max(axis=1)[[0, 1, 4]] > 0.95).all()
     assert (beliefs[2:4, EAST] > beliefs[0, NORTH]).all()
 
 
 def test_what_was_never_visited_is_not_believed_more_than_its_kind() -> None:
-    beliefs = shares(log_beliefs(np.zeros((3, 4), dtype=np.int64)))
+    beliefs = shares(log_beliefs(habits(np.zeros((3, 4), dtype=np.int64))))
     assert beliefs == pytest.approx(np.full((3, 4), 0.25))
 
 
 def test_beliefs_do_not_hang_on_the_order_of_the_states() -> None:
     order = np.array([3, 0, 4, 2, 1])
-    assert np.array_equal(log_beliefs(TAKEN)[order], log_beliefs(TAKEN[order]))
+    assert np.array_equal(log_beliefs(habits(TAKEN))[order], log_beliefs(habits(TAKEN[order])))
 
 
 def test_the_cluster_that_contradicts_itself_is_worth_most_and_nothing_that_was_asked() -> None:
@@ -66,7 +80,7 @@ def test_a_skipped_question_is_not_asked_again() -> None:
 
 
 def test_an_answer_moves_beliefs_and_one_that_the_moves_refute_hardly_does() -> None:
-    logs = log_beliefs(TAKEN)
+    logs = log_beliefs(habits(TAKEN))
     told = shares(heard(logs, [record(1, (2, 3), (EAST,), (WEST, SOUTH))]))
     assert (told[2:4, EAST] > 0.8).all()
     refuted = shares(heard(logs, [record(1, (0, 1), (WEST,), (EAST,))]))
@@ -74,7 +88,7 @@ def test_an_answer_moves_beliefs_and_one_that_the_moves_refute_hardly_does() -> 
 
 
 def test_a_pure_set_is_expected_to_be_purer_than_a_mixed_one() -> None:
-    beliefs = shares(log_beliefs(TAKEN))
+    beliefs = shares(log_beliefs(habits(TAKEN)))
     assert common(beliefs[[0, 1]]).purity[EAST] > common(beliefs[[0, 4]]).purity[EAST]
 
 
@@ -87,7 +101,7 @@ def test_the_more_particular_answer_holds() -> None:
 
 
 def test_the_learner_asks_on_after_every_cluster_was_asked_and_no_question_twice() -> None:
-    session = ready(settings=LearnSettings(acquisition='gain', clusters=2, confirm=False))
+    session = often(LearnSettings(acquisition='gain', clusters=2, confirm=False))
     asked = []
     for _ in range(5):
         assert session.query is not None
@@ -98,10 +112,28 @@ def test_the_learner_asks_on_after_every_cluster_was_asked_and_no_question_twice
 
 
 def test_the_order_of_the_answers_leaves_no_trace() -> None:
-    settings, flown = LearnSettings(acquisition='gain'), flights(0, 3)
+    settings, flown = LearnSettings(acquisition='gain'), flights(0, OFTEN)
     wide, narrow = record(1, (0, 1, 2), (EAST,), (WEST,)), record(2, (1,), (NORTH,), (SOUTH,))
     first, second = (learn(ROUND_TRIP, settings, flown, log) for log in ((wide, narrow), (narrow, wide)))
     assert np.array_equal(first.reward, second.reward)
     assert first.query is not None
     assert second.query is not None
     assert first.query.states == second.query.states
+
+
+def test_states_with_the_same_mistake_are_a_question_whatever_their_clusters() -> None:
+    scattered = np.array([0, 1, 0, 1, 0])
+    sets = [tuple(states.tolist()) for states in worth([scattered], _known()).sets]
+    assert (2, 3) in sets
+    assert len(set(sets)) == len(sets)
+
+
+def test_with_few_moves_questions_go_where_the_policy_does() -> None:
+    few, many = (np.full(10, visits) for visits in (MOVES - 1, MOVES))
+    assert [in_effect(name, few) for name in ('gain', 'paper')] == ['occupancy', 'paper']
+    assert [in_effect(name, many) for name in ('gain', 'paper')] == ['gain', 'paper']
+    flown = flights(0, 3)
+    by_gain, by_visits = (
+        learn(ROUND_TRIP, LearnSettings(acquisition=name), flown, ()).query for name in ('gain', 'occupancy')
+    )
+    assert by_gain == by_visits
