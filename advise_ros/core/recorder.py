@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from dataclasses import replace
 from enum import Enum
 from typing import NamedTuple
 
 import numpy as np
 
-from advise_ros.core.demonstration import Audit, Demonstration, EndReason
+from advise_ros.core.demonstration import Demonstration, EndReason
 from advise_ros.core.discretise import DiscretiseSettings, discretise
 from advise_ros.core.flights import flown_altitude_m, landed_altitude_m, name, number_of, why_not
 from advise_ros.core.grid import Grid
+from advise_ros.core.remarks import BEGINNING_UNHEARD, beginning_unheard, taken_back
 from advise_ros.core.samples import CommandSamples, PoseSamples, Recording, VehicleEvent
 from advise_ros.core.tracker import CellTracker
 
@@ -23,11 +23,6 @@ SETTLE_S = 0.2
 KEEP = 400
 # A pose this much older than the newest one means that the clock was set back.
 CLOCK_BACK_NS = 1_000_000_000
-BEGINNING_UNHEARD = (
-    'the climb to the route was not heard: the vehicle may have been on its way already, '
-    'and waypoints that it had reached are expected once more'
-)
-TAKEN_BACK = 'taken back: discarded after it was published'
 
 Vector = tuple[float, float, float]
 
@@ -170,7 +165,7 @@ class Recorder:
         if not self.published:
             return Reply(False, 'nothing is being recorded and nothing was published')
         taken = self.published.pop()
-        self._outputs.append(Output(self._taken_back(taken), f'{taken} is taken back'))
+        self._outputs.append(Output(taken_back(taken, self._source, self._grid, self._newest_ns), f'{taken} is taken back'))
         return Reply(True, f'{taken} is taken back: a demonstration with its id and without moves is published')
 
     @property
@@ -217,13 +212,6 @@ class Recorder:
         window_ns = (self._start_ns, self._end_ns)
         found = discretise(self._grid, recording, window_ns, self._settings, self.next_id, self._end_reason)
         return beginning_unheard(found) if self._unheard else found
-
-    def _taken_back(self, demonstration_id: str) -> Demonstration:
-        now_ns = self._newest_ns
-        return Demonstration(
-            demonstration_id, self._source, self._grid, (), (), (), (now_ns, now_ns), EndReason.STOPPED,
-            Audit(notes=(TAKEN_BACK,)),
-        )
 
     def adopt(self, demonstrations: tuple[Demonstration, ...]) -> None:
         """Publish demonstrations made elsewhere, as if they had been recorded."""
@@ -291,11 +279,6 @@ class Recorder:
         self._newest_ns = self._newest_command_ns = 0
         self._pending.clear()
         self._idle()
-
-
-def beginning_unheard(found: Demonstration) -> Demonstration:
-    """The demonstration with a note that its climb was not heard."""
-    return replace(found, audit=replace(found.audit, notes=(BEGINNING_UNHEARD, *found.audit.notes)))
 
 
 def _arrays(rows: list[tuple[int, Vector]]) -> tuple[np.ndarray, np.ndarray]:

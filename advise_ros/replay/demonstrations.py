@@ -11,7 +11,7 @@ from advise_ros.core.discretise import discretise
 from advise_ros.core.errors import InputError
 from advise_ros.core.flights import Flight, split, why_not
 from advise_ros.core.grid import Grid
-from advise_ros.core.recorder import BEGINNING_UNHEARD, beginning_unheard
+from advise_ros.core.remarks import BEGINNING_UNHEARD, beginning_unheard
 from advise_ros.replay.listeners import heard_otherwise
 from advise_ros.replay.session import Recorded, RecordedSession, at
 from advise_ros.replay.stage import Comparison, Stage

@@ -6,7 +6,8 @@ import pytest
 from advise_ros.core.demonstration import Demonstration, EndReason
 from advise_ros.core.discretise import DiscretiseSettings, discretise
 from advise_ros.core.flights import demonstrations_of
-from advise_ros.core.recorder import BEGINNING_UNHEARD, KEEP, SETTLE_S, Phase, Recorder
+from advise_ros.core.recorder import KEEP, SETTLE_S, Phase, Recorder
+from advise_ros.core.remarks import BEGINNING_UNHEARD
 from advise_ros.core.samples import Recording
 from support.flown import GRID, NS, START_NS, flight, joined, round_trip
 
