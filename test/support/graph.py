@@ -19,7 +19,7 @@ from advise_ros.ros.background import BackgroundSpin
 from support.processes import Process, executable, ros_arguments
 
 # A busy machine may take long for anything; who waits in vain waits once.
-PATIENCE_S = 60.0
+PATIENCE_S = 120.0
 QoS = QoSProfile | int
 
 
@@ -72,7 +72,7 @@ class Graph:
         self.processes.append(process)
         return process
 
-    def run(self, name: str, *args: str, timeout_s: float = 60.0, **started: Any) -> Process:
+    def run(self, name: str, *args: str, timeout_s: float = PATIENCE_S, **started: Any) -> Process:
         """Start an executable with command line arguments and wait for its end."""
         process = self.start(name, args=args, **started)
         process.wait_exit(timeout_s)

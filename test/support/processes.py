@@ -106,7 +106,7 @@ class Process:
         tail = '\n  '.join([*self.out[-TAIL:], *self.err[-TAIL:]])
         return f'{self.name}: exit code {self.popen.poll()}\n  {tail}'
 
-    def wait_exit(self, timeout_s: float = 60.0) -> int:
+    def wait_exit(self, timeout_s: float = 120.0) -> int:
         """Exit code of a process that is to end by itself; all its output is there afterwards."""
         self.expected_to_end = True
         try:
