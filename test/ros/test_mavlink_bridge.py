@@ -207,9 +207,9 @@ def test_flies_the_simulator_over_tcp_at_ten_times_real_time(graph: Graph, free_
     graph.start('mavlink_bridge', params={
         'url': f'tcp:127.0.0.1:{free_tcp_port}', 'grid_file': GRID, 'pose_rate_hz': 10.0, 'use_sim_time': True,
     })
-    wait_status(graph, lambda s: s.connected, timeout_s=40.0)
+    wait_status(graph, lambda s: s.connected)
     graph.call(Trigger, 'mavlink_bridge/takeoff')
-    wait_status(graph, lambda s: s.commandable, timeout_s=40.0)
+    wait_status(graph, lambda s: s.commandable)
     commands = graph.publisher('cmd_vel', TwistStamped, qos.COMMAND)
 
     def moved() -> Any:
@@ -219,7 +219,7 @@ def test_flies_the_simulator_over_tcp_at_ten_times_real_time(graph: Graph, free_
     at = graph.wait_until(moved, what='a flight of 2 m east')[0].pose.position
     assert abs(at.y) < 0.3 and abs(at.z - 5.0) < 0.5
     assert graph.call(Trigger, 'mavlink_bridge/land').success
-    wait_status(graph, lambda s: not s.armed, new=True, timeout_s=40.0)
+    wait_status(graph, lambda s: not s.armed, new=True)
     poses = graph.listen('pose', PoseStamped, qos.SENSOR_DEEP)
     assert all(p.header.stamp.nanosec % 25_000_000 == 0 for p in poses)  # The simulator's own ticks.
 
@@ -239,7 +239,7 @@ def test_flies_a_simulated_px4_over_a_signed_link_and_is_stopped_and_taken(
     wait_status(graph, lambda s: s.ready and s.autopilot == 'px4')
     reply = graph.call(Trigger, 'mavlink_bridge/takeoff')
     assert reply.success, reply.message
-    wait_status(graph, lambda s: s.commandable, timeout_s=40.0)
+    wait_status(graph, lambda s: s.commandable)
     commands = graph.publisher('cmd_vel', TwistStamped, qos.COMMAND)
     poses = graph.listen('pose', PoseStamped, qos.SENSOR_DEEP)
 
@@ -255,4 +255,4 @@ def test_flies_a_simulated_px4_over_a_signed_link_and_is_stopped_and_taken(
     with UdpPeer(ScriptedCopter(), free_udp_port):  # A stranger with the same ids and no key.
         wait_status(graph, lambda s: s.autopilot == 'px4' and s.commandable, new=True)
         assert graph.call(Trigger, 'mavlink_bridge/land').success
-        wait_status(graph, lambda s: not s.armed, new=True, timeout_s=40.0)
+        wait_status(graph, lambda s: not s.armed, new=True)
