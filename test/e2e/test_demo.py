@@ -14,7 +14,7 @@ import pytest
 
 from support.processes import executable
 
-PATIENCE_S = 200.0
+PATIENCE_S = 280.0
 SHORT = ('--flights', '2', '--answers', '6', '--seeds-flown', '1', '--trials', '12')
 
 
