@@ -1,6 +1,6 @@
 """Where every executable begins: Ctrl-C and SIGTERM end it without a traceback, also while it still reads its libraries.
 
-Only exit codes and the standard library are imported before the handlers stand; the rest takes a second or more.
+Only what the standard library is enough for is imported before the handlers stand; the rest takes a second or more.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from functools import partial
 from importlib import import_module
 
 from advise_ros.exits import INTERRUPTED
+from advise_ros.middleware import without_shared_memory
 
 PYTHON_STARTS_WITH = {signal.SIGINT: signal.default_int_handler, signal.SIGTERM: signal.SIG_DFL}
 
@@ -35,6 +36,7 @@ class Front:
         watched = [number for number, handler in PYTHON_STARTS_WITH.items() if signal.getsignal(number) is handler]
         for number in watched:
             signal.signal(number, self._leave)
+        without_shared_memory(os.environ)
         main = import_module(f'{self._package}.{name}').main
         for number in watched:
             signal.signal(number, signal.default_int_handler)  # SIGTERM leaves by KeyboardInterrupt, too: in good order.

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 
 import pytest
 
+from advise_ros.middleware import without_shared_memory
 from support import reserve
 from support.graph import Graph
 
@@ -15,10 +16,10 @@ from support.graph import Graph
 def ros_env(monkeypatch: pytest.MonkeyPatch) -> Iterator[dict[str, str]]:
     """A ROS domain of one's own, set in this process; yields the whole environment for children."""
     with reserve.ros_domain() as domain:
-        monkeypatch.setenv('ROS_DOMAIN_ID', str(domain))
-        monkeypatch.setenv('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
-        monkeypatch.setenv('FASTDDS_BUILTIN_TRANSPORTS', 'UDPv4')  # Shared memory outlives killed processes.
-        monkeypatch.setenv('PYTHONUNBUFFERED', '1')
+        chosen = {'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST', 'ROS_DOMAIN_ID': str(domain), 'PYTHONUNBUFFERED': '1'}
+        without_shared_memory(chosen)  # For the test itself; nodes choose so anyway.
+        for name, value in chosen.items():
+            monkeypatch.setenv(name, value)
         yield dict(os.environ)
 
 

@@ -24,6 +24,7 @@ from advise_msgs.msg import FlightStatus, Policy, VehicleStatus
 from advise_ros.core.grid import Grid
 from advise_ros.core.trial import TrialSettings, fly
 from advise_ros.mavlink import messages as mav
+from advise_ros.middleware import without_shared_memory
 from advise_ros.recording.demofile import save_demonstrations
 from advise_ros.recording.gridfile import grid_to_mapping
 from advise_ros.ros import qos
@@ -268,10 +269,8 @@ class Rig:
 def private_graph() -> Iterator[Graph]:
     """A graph in a ROS domain of its own, outside of pytest too; complains when a process had to be forced."""
     with reserve.ros_domain() as domain:
-        os.environ.update(
-            ROS_DOMAIN_ID=str(domain), ROS_AUTOMATIC_DISCOVERY_RANGE='LOCALHOST', FASTDDS_BUILTIN_TRANSPORTS='UDPv4',
-            PYTHONUNBUFFERED='1',
-        )
+        os.environ.update(ROS_DOMAIN_ID=str(domain), ROS_AUTOMATIC_DISCOVERY_RANGE='LOCALHOST', PYTHONUNBUFFERED='1')
+        without_shared_memory(os.environ)
         graph = Graph(domain, os.environ)
         try:
             yield graph
