@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import os
-import random
 import time
-from collections import defaultdict
 from typing import Any
 
 import rclpy
@@ -17,24 +15,36 @@ from advise_msgs import action, srv
 from advise_ros.config import RecorderConfig
 from advise_ros.core.errors import InputError
 from advise_ros.recording.messages import Message
+from advise_ros.replay.demonstrations import is_flown
+from advise_ros.replay.flights import FROM_OUTSIDE, UNDER_WAY
 from advise_ros.replay.heard import Heard
+from advise_ros.replay.live_ears import Ears, is_matched
 from advise_ros.replay.live_nodes import LiveNodes
-from advise_ros.replay.score import Demonstrated, Fly, Learnt, Publish, Score, Step, Stop, Tell, score_of, stamp_ns_of
-from advise_ros.replay.session import RecordedSession, at
+from advise_ros.replay.score import (
+    STATUS_TYPE,
+    Demonstrated,
+    Fly,
+    Learnt,
+    Publish,
+    Score,
+    Step,
+    Stop,
+    Tell,
+    score_of,
+    stamp_ns_of,
+)
+from advise_ros.replay.session import Recorded, RecordedSession, at
 from advise_ros.ros import convert, qos
 from advise_ros.ros.graph_client import GraphClient, GraphTimeoutError
-from advise_ros.ros.hearing import counted
 from advise_ros.ros.subscriptions import message_class
 
-PRIVATE_DOMAINS = range(40, 101)
-START_PATIENCE_S, LEARN_PATIENCE_S, PATIENCE_S, COMMAND_PATIENCE_S = 60.0, 300.0, 20.0, 1.0
+START_PATIENCE_S, LEARN_PATIENCE_S, PATIENCE_S, COMMAND_PATIENCE_S = 300.0, 300.0, 60.0, 1.0
 # A node that is short of processor time answers late; one that has once not answered at all is not waited for so long again.
 COMMAND_TRIES, COMMAND_TRIES_AFTER = 40, 2
-# The recorder reports once a second.
-REPORT_S, PROBE_S = 2.5, 0.1
 GOAL_TRIES = 10
-# So many positions may be on their way: less than a socket holds, and more than the recorder hears before it says so.
-MOST_UNHEARD = 100
+# So many positions may be on their way, with clock and commands beside them: less than a socket holds (200 KiB, a
+# KiB a message), and as many as the recorder hears before it says so.
+MOST_UNHEARD = 50
 
 
 class Live:
@@ -44,25 +54,28 @@ class Live:
 
     Args:
         speed: recorded seconds a second, at most; it waits for the nodes.
-        domain: ROS domain; None takes a private one.
+        domain: ROS domain, in which nobody else may be.
 
     Raises:
         InputError: the session cannot be lived through again.
         AdviseError: a node ended, or did not do in time what the bag tells that it did.
     """
 
-    def __init__(self, session: RecordedSession, *, speed: float, domain: int | None = None) -> None:
+    def __init__(self, session: RecordedSession, *, speed: float, domain: int) -> None:
         self._session, self._speed = session, speed
-        self._domain = random.choice(PRIVATE_DOMAINS) if domain is None else domain  # noqa: S311
+        self._domain = domain
         recorder = session.config(RecorderConfig, 'recorder')
         if recorder.source != 'topics' or recorder.split != 'flights':
             raise InputError(f'{session.bag.path}: only sessions recorded from topics, flight by flight, can be replayed live')
         self.score: Score = score_of(session, recorder.pose_source)
         self._pose_topic = f'{session.namespace}/{recorder.pose_source}'
         self._nodes = LiveNodes(session)
-        self._sent: defaultdict[str, int] = defaultdict(int)
+        self._ears: dict[str, Ears] = {}
+        self._clock_ns = -1
+        self._ends = {_end_ns(one) for one in session.on('demonstration') if is_flown(one.value)}
+        self._landed_by_policy = False
+        self._told_status = False
         self.late: list[str] = []
-        self._probes = 0
         self._tries = COMMAND_TRIES
 
     def __enter__(self) -> Live:
@@ -102,43 +115,36 @@ class Live:
             held_s += 0.0 if isinstance(step, Publish) else time.monotonic() - waited_from_s
 
     def _tick(self, stamp_ns: int) -> None:
-        self._clock.publish(Clock(clock=convert.stamp_from_ns(stamp_ns)))
+        if stamp_ns != self._clock_ns:
+            self._clock_ns = stamp_ns
+            self._clock.publish(Clock(clock=convert.stamp_from_ns(stamp_ns)))
 
     def _wait_for_matches(self) -> None:
         """Until the nodes' readers are matched, and the recorder says that it heard a position."""
-        wait, listeners = self._client.wait, {'recorder', 'policy'} & self._nodes.names
-        pose = self._publishers.get(self._pose_topic)
-        if pose is not None and listeners:
-            heard_by = lambda: pose.get_subscription_count() > len(listeners) or None  # noqa: E731  and by the client
-            wait('the nodes to listen to positions', heard_by, START_PATIENCE_S)
-        for publisher in self._publishers.values():
-            wait('the nodes to listen', lambda p=publisher: p.get_subscription_count() or None, START_PATIENCE_S)
+        for topic, publisher in self._publishers.items():
+            matched = lambda publisher=publisher: is_matched(self._client.node, publisher, self._nodes.names) or None  # noqa: E731
+            self._client.wait(f'the nodes to listen to {topic}', matched, START_PATIENCE_S)
         if 'advise' in self._nodes.names:
-            wait('the learner', lambda: self._client.learner, START_PATIENCE_S)
-        if 'recorder' in self._nodes.names and pose is not None:
-            wait('the recorder to hear positions', lambda: self._recorder_hears(pose) or None, START_PATIENCE_S)
-            time.sleep(REPORT_S)  # Its count of the probes is whole with its next report.
-            self._probes = self._recorder_count()
-
-    def _is_pose(self, step: Publish) -> bool:
-        return step.message.topic == self._pose_topic
-
-    def _recorder_hears(self, pose: Any) -> bool:
-        """Send positions that are nowhere: they are counted and refused."""
-        if not self._recorder_count():
-            probe = message_class(self.score.topics[self._pose_topic])()
-            probe.header.frame_id = 'nowhere'
-            pose.publish(probe)
-            time.sleep(PROBE_S)
-        return self._recorder_count() > 0
-
-    def _recorder_count(self) -> int:
-        health = self._client.health.get('recorder')
-        return counted(health, self._pose_topic) if health else 0
+            self._client.wait('the learner', lambda: self._client.learner, START_PATIENCE_S)
+        if 'recorder' in self._nodes.names:
+            for topic in {self._pose_topic, f'{self._session.namespace}/cmd_vel'} & self._publishers.keys():
+                kind = message_class(self.score.topics[topic])
+                self._ears[topic] = ears = Ears(self._client, self._publishers[topic], kind, topic)
+                ears.mark()
+                self._client.wait(f'the recorder to hear {topic}', lambda ears=ears: ears.told() or None, START_PATIENCE_S)
+                ears.begin_anew()
 
     def _send(self, message: Message) -> None:
         self._publishers[message.topic].publish(message.data)
-        self._sent[message.topic] += 1
+        if message.topic in self._ears:
+            self._ears[message.topic].sent()
+
+    def _heard_so_far(self) -> None:
+        """Until the recorder has had all positions and commands that were sent."""
+        for ears in self._ears.values():
+            ears.mark()
+        for topic, ears in self._ears.items():
+            self._in_time(f'the recorder to have heard all of {topic}', ears.told, PATIENCE_S)
 
     # -- steps -------------------------------------------------------------------------------
     def _do(self, step: Step) -> None:
@@ -156,30 +162,47 @@ class Live:
             self._fly(step)
         else:
             self._client.trigger('policy/stop')
+            self._heard_so_far()
 
     def _publish(self, step: Publish) -> None:
         if step.message.topic not in self._publishers:
             return
-        self._send(step.message)
-        if not self._is_pose(step):
+        if step.message.topic == self._pose_topic:
+            self._publish_pose(step)
             return
+        self._send(step.message)
+        if step.message.type_name == STATUS_TYPE and not self._told_status:
+            self._told_status = True
+            self._acknowledged()  # An acknowledgement takes seconds; it shows that its reader has matched us, too.
+
+    def _publish_pose(self, step: Publish) -> None:
+        if self._landed_by_policy and not step.command_stamp_ns:
+            self._await_landing()
+        if stamp_ns_of(step.message) in self._ends:  # It may close the demonstration, which waits for no late command.
+            self._heard_so_far()
+        self._send(step.message)
         if step.command_stamp_ns:
             self._await_command(step)
-        if 'recorder' in self._nodes.names and self._unheard() > MOST_UNHEARD:
-            self._in_time('the recorder to keep up', lambda: self._unheard() <= MOST_UNHEARD, PATIENCE_S)
+        ears = self._ears.get(self._pose_topic)
+        if ears is not None and ears.unheard > MOST_UNHEARD:
+            self._in_time('the recorder to keep up', lambda: ears.unheard <= MOST_UNHEARD, PATIENCE_S)
+            ears.begin_anew()
+
+    def _await_landing(self) -> None:
+        """The recorder, too, must know that the flight is over: what follows may be one of a pilot."""
+        self._landed_by_policy = False
+        over = lambda: self._client.flight is not None and self._client.flight.phase not in UNDER_WAY  # noqa: E731
+        self._in_time('the end of the flight', over, PATIENCE_S)
+        self._heard_so_far()
 
     def _await_command(self, step: Publish) -> None:
         """Positions are best effort: one that brings no command is sent again."""
         for _ in range(self._tries):
             if self.heard.has_command(step.command_stamp_ns, COMMAND_PATIENCE_S):
                 return
-            self._publishers[self._pose_topic].publish(step.message.data)
+            self._send(step.message)
         self._tries = COMMAND_TRIES_AFTER
         self.late.append(f'no command bears the stamp {at(step.command_stamp_ns)}')
-
-    def _unheard(self) -> int:
-        """Positions that were sent and that the recorder has not told of yet."""
-        return self._probes + self._sent[self._pose_topic] - self._recorder_count()
 
     def _await_demonstration(self, step: Demonstrated) -> None:
         wanted = step.recorded.value.demonstration_id
@@ -188,7 +211,7 @@ class Live:
 
     def _stop(self) -> None:
         """When the recorder has heard all that it had heard then."""
-        self._in_time('the recorder to have heard all positions', lambda: self._unheard() <= 0, PATIENCE_S)
+        self._heard_so_far()
         self._client.trigger('recorder/stop')
 
     def _tell(self, step: Tell) -> None:
@@ -217,6 +240,7 @@ class Live:
         first = step.flight.statuses[0].value
         budget = max(int(one.value.step_budget) for one in step.flight.statuses)
         goal = action.Fly.Goal(start_cell=int(first.start_cell), policy_version=int(first.policy_version), step_budget=budget)
+        self._landed_by_policy = step.flight.statuses[-1].value.phase not in FROM_OUTSIDE
         for _ in range(GOAL_TRIES):
             if self._has_begun(step, goal):
                 return
@@ -255,6 +279,10 @@ class Live:
         """Wait for the last policy's question."""
         wanted = len(self._session.on('advise/query'))
         self._in_time('the last question', lambda: len(self.heard.queries) >= wanted, PATIENCE_S)
+
+
+def _end_ns(recorded: Recorded) -> int:
+    return convert.stamp_to_ns(recorded.value.window_end)
 
 
 def _offer(topic: str) -> Any:

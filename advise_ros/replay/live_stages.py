@@ -11,14 +11,18 @@ from advise_ros.replay.live import Heard, Live
 from advise_ros.replay.session import Recorded, RecordedSession
 from advise_ros.replay.stage import Comparison, Stage
 from advise_ros.ros import convert
+from advise_ros.ros.private_domain import private_domain
 
 
 def live_stages(session: RecordedSession, *, speed: float, domain: int | None = None) -> tuple[Stage, ...]:
-    """Have the nodes live through the session again, and compare.
+    """Have the nodes live through the session again, in a ROS domain or in a private one, and compare.
 
     Raises:
-        InputError, AdviseError: as Live.
+        InputError, AdviseError: as Live and private_domain.
     """
+    if domain is None:
+        with private_domain() as found:
+            return live_stages(session, speed=speed, domain=found)
     with Live(session, speed=speed, domain=domain) as live:
         live.play()
         live.settle()
