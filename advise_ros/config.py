@@ -172,8 +172,8 @@ class AdviseConfig:
     acquisition: str = param(
         'occupancy', 'what is asked about next: (paper) the highest U_c; where the policy flies and is unsure (occupancy), '
         'is not explained by the reward (unexplained), or demonstrations disagree (disagreement); mixed: occupancy, then '
-        'paper; gain: the clusters, finer ones, states with one habit and single states whose answer is expected to put most '
-        'right, and as occupancy where moves are fewer than 5 a state',
+        'paper; gain: the clusters, finer ones and single states whose answer is expected to put most right, '
+        'and as occupancy where moves are fewer than 5 a state',
         choices=('paper', 'occupancy', 'unexplained', 'mixed', 'disagreement', 'random', 'gain'),
     )
     confirm: bool = param(

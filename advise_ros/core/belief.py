@@ -64,21 +64,14 @@ def shares(logs: Floats) -> Floats:
     return normal
 
 
-def habits(taken: Ints) -> Floats:
-    """(m, n_actions, n_actions) log probability, up to a constant a state, of each right action and what is done instead.
-
-    What is done again and again instead of the right action is a habit; on the diagonal there is none.
+def log_beliefs(taken: Ints) -> Floats:
+    """(m, n_actions) log probability that an action is right, up to a constant a state.
 
     Args:
         taken: (m, n_actions) demonstrated actions.
     """
     logs = _remembered(taken.astype(np.int64).tobytes(), taken.shape[1])
-    return np.frombuffer(logs).reshape(*taken.shape, taken.shape[1])
-
-
-def log_beliefs(habit: Floats) -> Floats:
-    """(m, n_actions) log probability that an action is right, up to a constant a state, from `habits`."""
-    return np.logaddexp.reduce(habit, axis=2)
+    return np.frombuffer(logs).reshape(taken.shape)
 
 
 @lru_cache(maxsize=16)
@@ -89,9 +82,9 @@ def _remembered(moves: bytes, n_actions: int) -> bytes:
     counts, person = rows.astype(np.float64), _anyone(n_actions)
     for _ in range(ROUNDS):
         person = _fitted(person, counts, weight * (counts.sum(axis=1) > 0))
-    joint = person.log_joint(counts)
-    # A state's most likely case is 0, so that all states are of one scale.
-    return (joint - joint.max(axis=(1, 2), keepdims=True))[which.ravel()].tobytes()
+    joint = shares(person.log_joint(counts).reshape(len(counts), -1)).reshape(len(counts), *person.pairs.shape)
+    logs: Floats = np.log(np.maximum(joint.sum(axis=2), np.finfo(float).tiny))
+    return logs[which.ravel()].tobytes()
 
 
 def _anyone(n_actions: int) -> _Person:

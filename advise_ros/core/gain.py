@@ -1,7 +1,6 @@
 """What an answer is worth: how many of the policy's visits it is expected to put right.
 
-Any set of states can be asked about, also part of one that was asked about before: clusters, single states, and the
-states in which the same mistake seems to be made for the same right action. What the answer will be and in
+Any set of states can be asked about, also part of one that was asked about before. What the answer will be and in
 which of the states it will be right is predicted from the demonstrations (`core/belief.py`) and the answers so far: a
 state shares the common right action of a set with a probability, its purity, that the demonstrations speak for. Where
 the policy does already what the answer will say, nothing is gained; where a set is mixed, little.
@@ -9,16 +8,15 @@ the policy does already what the answer will say, nothing is gained; where a set
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
-from itertools import permutations
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from advise_ros.core.advice import AdviceRecord, active
-from advise_ros.core.belief import habits, log_beliefs, shares
+from advise_ros.core.belief import log_beliefs, shares
 from advise_ros.core.contradictions import preferences
-from advise_ros.core.numerics import Bools, Floats, Ints, first_best
+from advise_ros.core.numerics import Floats, Ints, first_best
 from advise_ros.core.trust import narrowed
 
 # The name of this way to ask among the acquisitions.
@@ -34,8 +32,6 @@ ALONE = 1.0 - 1e-6
 WRONG = 0.05
 # ... and calls an action wrong everywhere that is right somewhere with this probability.
 NEVER = 0.01
-# Where a habit is this likely, at least, it is asked about.
-LIKELY = (0.5, 0.2)
 # So much of the weight is spread evenly: where the policy goes changes with the answers.
 ANYWHERE = 0.3
 
@@ -106,30 +102,12 @@ def _said(expected: Common, answer: AdviceRecord) -> Floats:
     return said
 
 
-def askable(partitions: Sequence[Ints], habit: Floats) -> list[Ints]:
-    """States of each set that may be asked about, each set once.
-
-    Args:
-        partitions: clusters (n,), -1 where nobody acts.
-        habit: (n, n_actions, n_actions) of the demonstrations, as `belief.habits`.
-
-    Returns:
-        The clusters, the states with the same habit, and each state alone.
-    """
-    acting = partitions[0] >= 0
+def askable(partitions: Sequence[Ints]) -> list[Ints]:
+    """States of each set that may be asked about: the clusters of the partitions (n,), and each state alone."""
+    acting = np.flatnonzero(partitions[0] >= 0)
     parts = [np.flatnonzero(labels == label) for labels in partitions for label in range(labels.max() + 1)]
-    single = [np.array([state]) for state in np.flatnonzero(acting)]
-    return list({part.tobytes(): part for part in (*parts, *single, *_same_habit(habit, acting))}.values())
-
-
-def _same_habit(habit: Floats, acting: Bools) -> Iterator[Ints]:
-    """States in which a mistake is LIKELY made for a right action."""
-    n, n_actions = habit.shape[:2]
-    likely = shares(habit.reshape(n, -1)).reshape(habit.shape) * acting[:, None, None]
-    for right, done in permutations(range(n_actions), 2):
-        for limit in LIKELY:
-            if (states := np.flatnonzero(likely[:, right, done] > limit)).size:
-                yield states
+    single = [np.array([state]) for state in acting]
+    return list({part.tobytes(): part for part in (*parts, *single)}.values())
 
 
 def in_effect(acquisition: str, visits: Ints) -> str:
@@ -181,9 +159,8 @@ def worth(partitions: Sequence[Ints], known: Known) -> Worth:
         partitions: clusters (n,), -1 where nobody acts.
         known: demonstrations, policy and answers.
     """
-    habit = habits(known.taken)
-    acting, sets = partitions[0] >= 0, askable(partitions, habit)
-    logs = heard(log_beliefs(habit), known.held)
+    acting, sets = partitions[0] >= 0, askable(partitions)
+    logs = heard(log_beliefs(known.taken), known.held)
     visits = np.where(acting, known.occupancy, 0.0)
     visits = (1.0 - ANYWHERE) * visits / max(visits.sum(), np.finfo(float).tiny) + ANYWHERE * acting / acting.sum()
     asked = {record.states for record in active(known.log)}

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from advise_ros.core.advice import Verdict
-from advise_ros.core.belief import habits, log_beliefs, shares
+from advise_ros.core.belief import log_beliefs, shares
 from advise_ros.core.gain import MOVES, Known, common, heard, in_effect, worth
 from advise_ros.core.learn import LearnSettings, learn
 from advise_ros.core.numerics import Ints
@@ -40,20 +40,20 @@ def _known(*answers: object, taken: Ints = TAKEN) -> Known:
 
 
 def test_who_hardly_slips_is_believed_and_who_contradicts_himself_is_not() -> None:
-    beliefs = shares(log_beliefs(habits(TAKEN)))
+    beliefs = shares(log_beliefs(TAKEN))
     assert beliefs.argmax(axis=1)[[0, 1, 4]].tolist() == [EAST, EAST, NORTH]
     assert (beliefs.max(axis=1)[[0, 1, 4]] > 0.95).all()
     assert (beliefs[2:4, EAST] > beliefs[0, NORTH]).all()
 
 
 def test_what_was_never_visited_is_not_believed_more_than_its_kind() -> None:
-    beliefs = shares(log_beliefs(habits(np.zeros((3, 4), dtype=np.int64))))
+    beliefs = shares(log_beliefs(np.zeros((3, 4), dtype=np.int64)))
     assert beliefs == pytest.approx(np.full((3, 4), 0.25))
 
 
 def test_beliefs_do_not_hang_on_the_order_of_the_states() -> None:
     order = np.array([3, 0, 4, 2, 1])
-    assert np.array_equal(log_beliefs(habits(TAKEN))[order], log_beliefs(habits(TAKEN[order])))
+    assert np.array_equal(log_beliefs(TAKEN)[order], log_beliefs(TAKEN[order]))
 
 
 def test_the_cluster_that_contradicts_itself_is_worth_most_and_nothing_that_was_asked() -> None:
@@ -80,7 +80,7 @@ def test_a_skipped_question_is_not_asked_again() -> None:
 
 
 def test_an_answer_moves_beliefs_and_one_that_the_moves_refute_hardly_does() -> None:
-    logs = log_beliefs(habits(TAKEN))
+    logs = log_beliefs(TAKEN)
     told = shares(heard(logs, [record(1, (2, 3), (EAST,), (WEST, SOUTH))]))
     assert (told[2:4, EAST] > 0.8).all()
     refuted = shares(heard(logs, [record(1, (0, 1), (WEST,), (EAST,))]))
@@ -88,7 +88,7 @@ def test_an_answer_moves_beliefs_and_one_that_the_moves_refute_hardly_does() -> 
 
 
 def test_a_pure_set_is_expected_to_be_purer_than_a_mixed_one() -> None:
-    beliefs = shares(log_beliefs(habits(TAKEN)))
+    beliefs = shares(log_beliefs(TAKEN))
     assert common(beliefs[[0, 1]]).purity[EAST] > common(beliefs[[0, 4]]).purity[EAST]
 
 
@@ -119,13 +119,6 @@ def test_the_order_of_the_answers_leaves_no_trace() -> None:
     assert first.query is not None
     assert second.query is not None
     assert first.query.states == second.query.states
-
-
-def test_states_with_the_same_mistake_are_a_question_whatever_their_clusters() -> None:
-    scattered = np.array([0, 1, 0, 1, 0])
-    sets = [tuple(states.tolist()) for states in worth([scattered], _known()).sets]
-    assert (2, 3) in sets
-    assert len(set(sets)) == len(sets)
 
 
 def test_with_few_moves_questions_go_where_the_policy_does() -> None:
