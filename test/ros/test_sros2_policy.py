@@ -64,7 +64,7 @@ def test_each_node_is_granted_what_it_has(graph: Graph, tool: Any, tmp_path: Pat
             'service': {*grants.reply, *grants.execute, *(f'{name}/{own[1:]}' for own in tool.PARAMETER_SERVICES)},
         }
         for what, granted in wanted.items():
-            graph.wait_until(lambda: granted <= heard_of(graph, name, what), 60.0, f'{name}: {what}s {granted}')  # noqa: B023
+            graph.wait_until(lambda: granted <= heard_of(graph, name, what), what=f'{name}: {what}s {granted}')  # noqa: B023
             assert heard_of(graph, name, what) == granted, name
         allowed = {
             'subscriber': {*ALWAYS['subscribe'], *grants.subscribe, *actions}, 'client': {*grants.request, *actions},
