@@ -97,8 +97,9 @@ def _fitted(weights: Floats, pairs: Pairs, owners: Ints, allowed: tuple[Floats, 
     least, most = allowed
     owner, weights = pairs.of(owners), np.maximum(weights, 0.0)
     sums = np.bincount(owner, weights, len(owners)).astype(np.float64)
-    if (least > 0.0).any():  # Where nothing weighs anything, all rows share alike.
-        weights = weights + (sums <= 0.0)[owner]
+    empty = (least > 0.0) & (sums <= 0.0)
+    if empty.any():  # Where nothing weighs what something must, all rows share alike.
+        weights = weights + empty[owner]
         sums = np.bincount(owner, weights, len(owners)).astype(np.float64)
     wanted = np.clip(sums, least, most)
     scale = np.divide(wanted, sums, out=np.ones_like(sums), where=sums > 0.0)

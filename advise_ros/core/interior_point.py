@@ -23,12 +23,15 @@ from advise_ros.core.numerics import Floats
 from advise_ros.core.program import EXACT, Problem, Solution
 
 STEPS = 150
+# The products aim at this share of what they are, at most: the correctors lengthen a step that the predictor alone
+# would have far shorter, so its reach is no reason to aim at little.
+MOST = 0.1
 # How far towards the boundary a step goes.
 STEP_SHARE = 0.995
 # A longer step than this needs no more correctors, of which there are at most so many.
-LONG, CORRECTORS = 0.9, 2
+LONG, CORRECTORS = 0.9, 3
 # What a corrector aims at: a longer step by this much, products within these factors of their target.
-LONGER, SPREAD = 0.4, 10.0
+LONGER, SPREAD = 0.6, 10.0
 SHARES_OF_CORRECTOR = (1.0, 0.6, 0.3)
 # A corrector that lengthens both steps together by less is the last.
 WORTHWHILE = 0.05
@@ -94,7 +97,7 @@ def _step(blocks: Blocks, point: Point) -> Point | None:
     mean = products.mean()
     predicted = blocks.direction(weights, -1.0, weights.residual)
     left = _products_after(products, predicted, _reach(predicted)).mean()
-    aim = float((left / mean) ** 3 * mean)
+    aim = float(min(MOST, (left / mean) ** 3) * mean)
     second = aim / products
     second -= predicted.x * predicted.z
     second -= 1.0

@@ -172,6 +172,17 @@ def test_the_certificate_proves_nothing_wrong_from_any_value_and_multipliers() -
         assert np.abs(found.reward).max(initial=0.0) <= 1.0 + 1e-12
 
 
+@pytest.mark.parametrize('seed', [5, 14, 24, 39])
+def test_without_a_cap_the_proof_is_tight_beside_an_action_of_the_same_outcome(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    moves = rng.random((12, 3)) * (rng.random((12, 3)) < 0.5)
+    moves[np.arange(12), rng.integers(3, size=12)] += 0.5
+    mdp = Mdp(sparse.csr_array(moves / moves.sum(axis=1, keepdims=True)), 0.5)
+    problem = pose(mdp, Evidence(rng.integers(-1, 4, size=3), {}), Terms(margin_cap=0.0))
+    assert (problem.caps == 0.0).any()
+    assert solve(problem, 'highs').status == 'optimal'
+
+
 def test_terms_that_leave_the_program_unbounded_are_refused() -> None:
     with pytest.raises(InputError, match='slack_cost 100 is less than lambda_a 500'):
         problem_of(terms=Terms(slack_cost=100.0, margin_cap=0.0))
