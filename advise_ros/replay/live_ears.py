@@ -78,6 +78,7 @@ class Ears:
         message = self._kind()
         message.header.frame_id = self._frame
         self._publisher.publish(message)
+        self.sent()
         self._marked_s = time.monotonic()
 
     def _count(self) -> int:

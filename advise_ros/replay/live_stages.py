@@ -13,6 +13,9 @@ from advise_ros.replay.stage import Comparison, Stage
 from advise_ros.ros import convert
 from advise_ros.ros.private_domain import private_domain
 
+# Positions are best effort, and what the middleware loses says nothing of the nodes.
+MOST_AGAIN = 3
+
 
 def live_stages(session: RecordedSession, *, speed: float, domain: int | None = None) -> tuple[Stage, ...]:
     """Have the nodes live through the session again, in a ROS domain or in a private one, and compare.
@@ -23,12 +26,16 @@ def live_stages(session: RecordedSession, *, speed: float, domain: int | None = 
     if domain is None:
         with private_domain() as found:
             return live_stages(session, speed=speed, domain=found)
-    with Live(session, speed=speed, domain=domain) as live:
-        live.play()
-        live.settle()
-        stages = _compared(session, live.heard)
-    stages[0].notes.extend((*live.score.notes, *live.late))
-    return tuple(stages)
+    again: list[str] = []
+    while True:
+        with Live(session, speed=speed, domain=domain) as live:
+            live.play()
+            live.settle()
+            stages = _compared(session, live.heard)
+        if not live.lost or len(again) == MOST_AGAIN:
+            stages[0].notes.extend((*again, *live.score.notes, *live.late))
+            return tuple(stages)
+        again.append(f'{live.lost} messages were lost on their way to the recorder: the session was lived through again')
 
 
 def _compared(session: RecordedSession, heard: Heard) -> list[Stage]:
