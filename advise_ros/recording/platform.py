@@ -10,7 +10,7 @@ from pathlib import Path
 
 import advise_ros
 
-NUMERIC_PACKAGES = ('numpy', 'scipy', 'highspy', 'scikit-learn', 'cvxpy', 'qdldl', 'clarabel')
+NUMERIC_PACKAGES = ('numpy', 'scipy', 'highspy', 'scikit-learn', 'cvxpy', 'piqp', 'qdldl', 'clarabel')
 CORE = Path(__file__).parents[1] / 'core'
 CPU_INFO = Path('/proc/cpuinfo')
 
@@ -52,9 +52,14 @@ def _version(package: str) -> str:
 
 
 def _cpu_model() -> str:
-    """Model of the first core; numeric libraries pick their kernels by it."""
+    """Model of the first core and a digest of what it can do; numeric libraries pick their kernels by that.
+
+    A virtual machine's model may be no more than its maker's name, on hosts of several generations.
+    """
     try:
         lines = CPU_INFO.read_text(encoding='utf-8', errors='replace').splitlines()
     except OSError:
         return platform.processor()
-    return next((line.partition(':')[2].strip() for line in lines if line.startswith('model name')), platform.processor())
+    said = {name.strip(): value.strip() for name, _, value in (line.partition(':') for line in reversed(lines))}
+    abilities = said.get('flags', said.get('Features', ''))
+    return f"{said.get('model name', platform.processor())} {hashlib.sha256(abilities.encode()).hexdigest()[:8]}"
