@@ -12,7 +12,7 @@ from functools import partial
 from importlib import import_module
 
 from advise_ros.exits import INTERRUPTED
-from advise_ros.middleware import without_shared_memory
+from advise_ros.middleware import FLYING, without_shared_memory
 
 PYTHON_STARTS_WITH = {signal.SIGINT: signal.default_int_handler, signal.SIGTERM: signal.SIG_DFL}
 
@@ -36,7 +36,8 @@ class Front:
         watched = [number for number, handler in PYTHON_STARTS_WITH.items() if signal.getsignal(number) is handler]
         for number in watched:
             signal.signal(number, self._leave)
-        without_shared_memory(os.environ)
+        if name in FLYING:
+            without_shared_memory(os.environ)
         main = import_module(f'{self._package}.{name}').main
         for number in watched:
             signal.signal(number, signal.default_int_handler)  # SIGTERM leaves by KeyboardInterrupt, too: in good order.

@@ -1,8 +1,9 @@
-"""DDS by UDP alone: what another process does to itself must not stop this one.
+"""What flies speaks DDS by UDP alone: what another process does to itself must not stop it.
 
 The shared memory of Fast DDS has locks that all processes of a domain take. Whoever is stopped, or killed, while it
 holds one keeps every other that publishes waiting, for 0.3 to 1.9 s in our trials (docs/safety.md), and a bridge that
-waits commands nothing, not even zero velocity. (eProsima/Fast-DDS issues 1144 and 5469 tell of others.)
+waits commands nothing, not even zero velocity. (eProsima/Fast-DDS issues 1144 and 5469 tell of others.) All other
+nodes keep what ROS gives them: shared memory loses nothing in a burst, as UDP does.
 
 This runs before ROS is read, so it takes the standard library only.
 """
@@ -13,6 +14,7 @@ from collections.abc import MutableMapping
 from pathlib import Path
 
 RANGE, PROFILES, TRANSPORTS = 'ROS_AUTOMATIC_DISCOVERY_RANGE', 'FASTRTPS_DEFAULT_PROFILES_FILE', 'FASTDDS_BUILTIN_TRANSPORTS'
+FLYING = frozenset({'mavlink_bridge', 'guard', 'policy', 'pilot', 'teleop', 'simulator'})
 LOOPBACK = Path(__file__).with_name('middleware_loopback.xml')
 
 

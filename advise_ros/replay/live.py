@@ -14,7 +14,6 @@ from rosgraph_msgs.msg import Clock
 from advise_msgs import action, srv
 from advise_ros.config import RecorderConfig
 from advise_ros.core.errors import InputError
-from advise_ros.middleware import without_shared_memory
 from advise_ros.recording.messages import Message
 from advise_ros.replay.demonstrations import is_flown
 from advise_ros.replay.flights import FROM_OUTSIDE, UNDER_WAY
@@ -82,7 +81,6 @@ class Live:
 
     def __enter__(self) -> Live:
         os.environ.update(ROS_DOMAIN_ID=str(self._domain), ROS_AUTOMATIC_DISCOVERY_RANGE='LOCALHOST')
-        without_shared_memory(os.environ)  # As the nodes do.
         space = ['--ros-args', '-r', f'__ns:={self._session.namespace}'] if self._session.namespace else []
         rclpy.init(args=space, domain_id=self._domain, signal_handler_options=SignalHandlerOptions.NO)
         self._client = GraphClient('replay', self._nodes.check)

@@ -1,4 +1,4 @@
-"""DDS by UDP alone: nodes share no memory, and so no locks, with anybody."""
+"""What flies speaks DDS by UDP alone: it shares no memory, and so no locks, with anybody."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from advise_ros.middleware import LOOPBACK, PROFILES, RANGE, TRANSPORTS, without_shared_memory
 from support.graph import Graph
 
+ROOT = Path(__file__).parents[2]
 OURS = {RANGE: 'SUBNET', PROFILES: str(LOOPBACK), TRANSPORTS: 'UDPv4'}
 
 
@@ -29,7 +30,13 @@ def test_what_is_chosen(given: dict[str, str], chosen: dict[str, str]) -> None:
 
 
 @pytest.mark.parametrize('discovery', ['LOCALHOST', 'SUBNET'])
-def test_a_node_shares_no_memory_and_is_found(graph: Graph, discovery: str) -> None:
+def test_what_flies_shares_no_memory_and_is_found(graph: Graph, discovery: str) -> None:
     node = graph.start('guard', env={RANGE: discovery, PROFILES: '', TRANSPORTS: ''})
     graph.wait_for('/diagnostics', DiagnosticArray, lambda array: array.status[0].name == '/guard')
     assert '/dev/shm/fastrtps' not in Path(f'/proc/{node.pid}/maps').read_text()
+
+
+def test_others_keep_what_ros_gives_them(graph: Graph) -> None:
+    node = graph.start('recorder', {'grid_file': str(ROOT / 'config' / 'grid_6x6.yaml')})
+    graph.wait_for('/diagnostics', DiagnosticArray, lambda array: array.status[0].name == '/recorder')
+    assert '/dev/shm/fastrtps' in Path(f'/proc/{node.pid}/maps').read_text()

@@ -7,7 +7,6 @@ from collections.abc import Iterator
 
 import pytest
 
-from advise_ros.middleware import without_shared_memory
 from support import reserve
 from support.graph import Graph
 
@@ -16,9 +15,9 @@ from support.graph import Graph
 def ros_env(monkeypatch: pytest.MonkeyPatch) -> Iterator[dict[str, str]]:
     """A ROS domain of one's own, set in this process; yields the whole environment for children."""
     with reserve.ros_domain() as domain:
-        chosen = {'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST', 'ROS_DOMAIN_ID': str(domain), 'PYTHONUNBUFFERED': '1'}
-        without_shared_memory(chosen)  # For the test itself; nodes choose so anyway.
-        for name, value in chosen.items():
+        for name, value in (
+            ('ROS_DOMAIN_ID', str(domain)), ('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST'), ('PYTHONUNBUFFERED', '1'),
+        ):
             monkeypatch.setenv(name, value)
         yield dict(os.environ)
 

@@ -269,9 +269,11 @@ class Rig:
 def private_graph() -> Iterator[Graph]:
     """A graph in a ROS domain of its own, outside of pytest too; complains when a process had to be forced."""
     with reserve.ros_domain() as domain:
-        os.environ.update(ROS_DOMAIN_ID=str(domain), ROS_AUTOMATIC_DISCOVERY_RANGE='LOCALHOST', PYTHONUNBUFFERED='1')
-        without_shared_memory(os.environ)
-        graph = Graph(domain, os.environ)
+        os.environ.update(ROS_DOMAIN_ID=str(domain), PYTHONUNBUFFERED='1')
+        theirs = {**os.environ, 'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST', 'FASTRTPS_DEFAULT_PROFILES_FILE': ''}
+        os.environ.update(theirs)
+        without_shared_memory(os.environ)  # Nor shall our watch wait for a node that we stopped.
+        graph = Graph(domain, theirs)
         try:
             yield graph
         finally:
