@@ -32,9 +32,9 @@ class Pacer:
             self._anchor = (steady_ns, self._done)
         since_ns, since_done = self._anchor
         debt = int((steady_ns - since_ns) * self.speedup) // self._step_ns + since_done - self._done
-        debt_ns = int(debt * self._step_ns / self.speedup)
-        if debt_ns > MAX_DEBT_NS:
-            self._anchor = (steady_ns, self._done)
+        late_ns = int((debt - 1) * self._step_ns / self.speedup)  # A tick that has just come due is not late.
+        if late_ns > MAX_DEBT_NS:
+            self._anchor = (steady_ns, self._done + 1)
             return 1
         return debt
 
