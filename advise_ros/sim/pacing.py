@@ -34,9 +34,9 @@ class Pacer:
         debt = int((steady_ns - since_ns) * self.speedup) // self._step_ns + since_done - self._done
         late_ns = int((debt - 1) * self._step_ns / self.speedup)  # A tick that has just come due is not late.
         if late_ns > MAX_DEBT_NS:
-            self._anchor = (steady_ns, self._done + 1)
+            self._anchor = (steady_ns, self._done)
             return 1
-        return debt
+        return max(0, debt)  # The one tick after a debt was given up is ahead of its time.
 
     def forgive(self, steady_ns: int) -> None:
         """Drop the ticks that are due: time stood still on purpose and does not catch up."""
