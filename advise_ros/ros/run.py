@@ -100,8 +100,17 @@ def _spin(node_class: type[Node]) -> int:
                 close()
             code = code or int(getattr(node, 'exit_code', OK))
             node.destroy_node()
-        rclpy.try_shutdown()
+        _shut_down()
     return code
+
+
+def _shut_down() -> None:
+    """End the context; rclpy's thread for signals may do so in the same moment, which is no failure."""
+    try:
+        rclpy.try_shutdown()
+    except RuntimeError:
+        if rclpy.ok():
+            raise
 
 
 def exit_now(code: int) -> None:
