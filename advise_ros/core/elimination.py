@@ -26,6 +26,8 @@ from advise_ros.core.program import Problem
 REGULARISATION = 1e-12
 # Of positions: half the memory, and room for two thousand million entries.
 SHORT = np.int32
+# So many pairs of positions are multiplied at once: what that takes for the moment is small beside the result.
+CHUNK = 1 << 16
 Shorts = npt.NDArray[np.int32]
 
 
@@ -81,25 +83,14 @@ def _structure(mdp: Mdp) -> Structure:
     n, n_actions = mdp.n_states, mdp.n_actions
     reach, outcome = _aligned(mdp)
     row = np.repeat(np.arange(n, dtype=SHORT), np.diff(reach.indptr))
-    stay = np.flatnonzero(reach.indices == row)
-    left, right = _pairs_within(reach.indptr)
-    keys = reach.indices[right].astype(np.int64) * n + reach.indices[left]
-    entries, which = np.unique(keys, return_inverse=True)
-    order = np.argsort(which, kind='stable')
-    own = Outer(
-        left[order], right[order], np.searchsorted(which[order], np.arange(len(entries) + 1)).astype(SHORT),
-        row[left[order]],
-    )
-    columns, rows = entries // n, entries % n
+    left, right, start = _pairs(reach)
+    columns, rows = reach.indices[right[start[:-1]]], reach.indices[left[start[:-1]]]
+    own = Outer(left, right, start, row[left])
     edge = np.zeros((n_actions, n_actions), dtype=np.int64)
     first, second = np.triu_indices(n_actions, 1)
     edge[first, second] = edge[second, first] = np.arange(len(first))
-    each = [
-        _edge(outcome[a] - outcome[b], (left, right), which, row, (len(entries), n))
-        for a, b in zip(first, second, strict=True)
-    ]
     return Structure(
-        row, outcome, stay, own, sparse.hstack(each, format='csr'), edge,
+        row, outcome, np.flatnonzero(reach.indices == row), own, _edges(outcome, own, n), edge,
         Pattern(np.searchsorted(columns, np.arange(n + 1)).astype(SHORT), rows.astype(SHORT)),
         np.flatnonzero(rows == columns),
     )
@@ -120,26 +111,45 @@ def _aligned(mdp: Mdp) -> tuple[sparse.csr_array, Floats]:
     return reach, outcome
 
 
+def _pairs(reach: sparse.csr_array) -> tuple[Shorts, Shorts, Shorts]:
+    """All pairs left <= right of positions of the same row, by K's entries, and where those of each entry begin."""
+    left, right = _pairs_within(reach.indptr)
+    keys = reach.indices[right].astype(np.int64)
+    keys *= reach.shape[1]
+    keys += reach.indices[left]
+    order = np.argsort(keys, kind='stable')
+    start = np.flatnonzero(np.diff(keys[order], prepend=-1, append=-1)).astype(SHORT)
+    return left[order], right[order], start
+
+
 def _pairs_within(indptr: Ints) -> tuple[Shorts, Shorts]:
-    """All pairs left <= right of positions of the same row."""
     lefts, rights = [], []
     lengths = np.diff(indptr)
     for length in np.unique(lengths):
-        i, j = np.triu_indices(length)
-        begin = indptr[:-1][lengths == length].astype(np.int64)[:, None]
-        lefts.append((begin + i).ravel().astype(SHORT))
-        rights.append((begin + j).ravel().astype(SHORT))
+        i, j = (half.astype(SHORT) for half in np.triu_indices(length))
+        begin = indptr[:-1][lengths == length].astype(SHORT)[:, None]
+        lefts.append((begin + i).ravel())
+        rights.append((begin + j).ravel())
     return np.concatenate(lefts), np.concatenate(rights)
 
 
-def _edge(
-    difference: Floats, pairs: tuple[Shorts, Shorts], which: Ints, row: Shorts, shape: tuple[int, int],
-) -> sparse.csr_array:
-    """(nnz, n) K's entries from the weight of one pair of actions in each state."""
-    left, right = pairs
-    product = difference[left] * difference[right]
-    kept = np.flatnonzero(product)
-    return sparse.coo_array((product[kept], (which[kept], row[left[kept]])), shape=shape).tocsr()
+def _edges(outcome: Floats, own: Outer, n: int) -> sparse.csr_array:
+    """(nnz, n * n_edges) K's entries from the weights of pairs of actions: few of the products are not 0."""
+    first, second = np.triu_indices(len(outcome), 1)
+    data, columns, counts = [], [], []
+    for begin in range(0, len(own.left), CHUNK):
+        these = slice(begin, begin + CHUNK)
+        left, right = outcome[:, own.left[these]].T, outcome[:, own.right[these]].T
+        products = (left[:, first] - left[:, second]) * (right[:, first] - right[:, second])
+        pair, edge = np.nonzero(products)
+        data.append(products[pair, edge])
+        columns.append((edge * n + own.row[these][pair]).astype(SHORT))
+        counts.append(np.count_nonzero(products, axis=1).astype(SHORT))
+    before = np.concatenate([np.zeros(1, dtype=SHORT), np.cumsum(np.concatenate(counts), dtype=SHORT)])
+    shape = (len(own.start) - 1, n * len(first))
+    edges = sparse.csr_array((np.concatenate(data), np.concatenate(columns), before[own.start]), shape=shape)
+    edges.sort_indices()
+    return edges
 
 
 class System:
