@@ -17,6 +17,8 @@ from advise_ros.core.grid import Grid
 Point = tuple[float, float]
 Vector = tuple[float, float, float]
 Edge = tuple[Point, Point]
+# Direction from a point to the line through the nearest point of an edge, and its distance.
+Line = tuple[Point, float]
 
 TOUCHING_M = 1e-9
 # Slowing down for one edge may turn the velocity toward another; after these rounds it is shortened as a whole.
@@ -131,7 +133,7 @@ def stopping_speed_m_s(distance_m: float, braking_m_s2: float, reaction_s: float
 
 def keep_in(velocity: Point, at: Point, fence: Fence, braking: Braking) -> Point:
     """The velocity in plan, slowed toward each edge so that the vehicle can stop before it. `at` is inside."""
-    lines = [(_outward(edge, at), math.dist(nearest(edge, at), at)) for edge in fence.edges]
+    lines = _lines(fence, at)
     for _ in range(ROUNDS):
         before = velocity
         for outward, distance in lines:
@@ -144,7 +146,17 @@ def keep_in(velocity: Point, at: Point, fence: Fence, braking: Braking) -> Point
     return _shortened(velocity, lines, braking)
 
 
-def _shortened(velocity: Point, lines: list[tuple[Point, float]], braking: Braking) -> Point:
+def can_stop(velocity: Point, at: Point, fence: Fence, braking: Braking) -> bool:
+    """Whether a vehicle that moves so stands before every edge. `at` is inside."""
+    return all(toward <= limit for toward, limit in (_toward(velocity, *line, braking) for line in _lines(fence, at)))
+
+
+def _lines(fence: Fence, at: Point) -> list[Line]:
+    """What keeps each edge off a point inside or on the border."""
+    return [(_outward(edge, at), math.dist(nearest(edge, at), at)) for edge in fence.edges]
+
+
+def _shortened(velocity: Point, lines: list[Line], braking: Braking) -> Point:
     share = 1.0
     for outward, distance in lines:
         toward, limit = _toward(velocity, outward, distance, braking)
@@ -167,15 +179,25 @@ def _outward(edge: Edge, at: Point) -> Point:
     distance = math.dist(near, at)
     if distance > TOUCHING_M:
         return (near[0] - at[0]) / distance, (near[1] - at[1]) / distance
+    return _normal(edge)
+
+
+def _normal(edge: Edge) -> Point:
+    """The outer normal of an edge."""
     (x0, y0), (x1, y1) = edge
     length = math.dist(*edge)
     return (y1 - y0) / length, (x0 - x1) / length
 
 
-def back_in(velocity: Point, at: Point, fence: Fence) -> Point:
-    """The part of a velocity that leads straight back to the fence. `at` is outside."""
+def back_in(velocity: Point, at: Point, fence: Fence, braking: Braking) -> Point:
+    """The part of a velocity that leads straight back to the fence, or along the bisector of the corner next to it.
+
+    It is so slow that the vehicle does not leave again by another edge. `at` is outside.
+    """
     near = min((nearest(edge, at) for edge in fence.edges), key=lambda point: math.dist(point, at))
-    distance = math.dist(near, at)
-    inward = (near[0] - at[0]) / distance, (near[1] - at[1]) / distance
+    touching = [_normal(edge) for edge in fence.edges if math.dist(nearest(edge, near), near) <= TOUCHING_M]
+    out = sum(normal[0] for normal in touching), sum(normal[1] for normal in touching)
+    size = math.hypot(*out)
+    inward = -out[0] / size, -out[1] / size
     share = max(0.0, velocity[0] * inward[0] + velocity[1] * inward[1])
-    return share * inward[0], share * inward[1]
+    return _shortened((share * inward[0], share * inward[1]), _lines(fence, near), braking)

@@ -9,11 +9,23 @@ import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from advise_ros.core.fence import Braking, Fence, Vector, back_in, keep_in, outside_m, stopping_speed_m_s
+from advise_ros.core.fence import (
+    Braking,
+    Fence,
+    Point,
+    Vector,
+    back_in,
+    can_stop,
+    keep_in,
+    outside_m,
+    stopping_speed_m_s,
+)
 
 ZERO: Vector = (0.0, 0.0, 0.0)
 AXES = ('east', 'north', 'up')
 MAP_FRAME = 'map'
+# Of the reaction, which counts everything twice: enough for a loop that closes late, and no news to who flies at the limit.
+STILL_TO_REACT = 2.0 / 3.0
 
 
 @dataclass(frozen=True)
@@ -139,11 +151,22 @@ def _fenced(velocity: Vector, position: Vector, limits: Limits, fence: Fence) ->
     beyond_m = outside_m(fence, at)
     below_or_above = not fence.low_m <= position[2] <= fence.high_m
     if beyond_m > 0.0 or below_or_above:
-        return _inward(velocity, position, fence, beyond_m)
+        return _inward(velocity, position, limits, fence, beyond_m)
     east, north = keep_in(velocity[:2], at, fence, braking)
     up = _between(velocity[2], position[2], fence, limits)
     slowed = [name for name, now, asked in zip(AXES, (east, north, up), velocity, strict=True) if now != asked]
     return (east, north, up), f'fence ahead: {", ".join(slowed)} limited' if slowed else ''
+
+
+def must_brake(moving: Point, position: Position, limits: Limits) -> bool:
+    """Whether a vehicle inside the fence that moves so in plan (m/s) passes it unless it brakes with all it has.
+
+    That happens when it is turned again and again: what turns it does not slow it.
+    """
+    if limits.fence is None or outside_m(limits.fence, position.position_enu_m[:2]) > 0.0:
+        return False
+    braking = Braking(limits.braking_m_s2, STILL_TO_REACT * limits.reaction_s)
+    return not can_stop(moving, position.position_enu_m[:2], limits.fence, braking)
 
 
 def _between(climb: float, altitude_m: float, fence: Fence, limits: Limits) -> float:
@@ -152,12 +175,13 @@ def _between(climb: float, altitude_m: float, fence: Fence, limits: Limits) -> f
     return max(lower, min(upper, climb))
 
 
-def _inward(velocity: Vector, position: Vector, fence: Fence, beyond_m: float) -> tuple[Vector, str]:
-    """Outside in plan, in altitude or both: each part leads back or is zero."""
-    east, north = back_in(velocity[:2], position[:2], fence) if beyond_m > 0.0 else (0.0, 0.0)
+def _inward(velocity: Vector, position: Vector, limits: Limits, fence: Fence, beyond_m: float) -> tuple[Vector, str]:
+    """Outside in plan, in altitude or both: each part leads back, not out on the other side, or is zero."""
+    braking, (low, high) = Braking(limits.braking_m_s2, limits.reaction_s), (fence.low_m, fence.high_m)
+    east, north = back_in(velocity[:2], position[:2], fence, braking) if beyond_m > 0.0 else (0.0, 0.0)
     up, where = 0.0, [f'{beyond_m:.1f} m in plan'] if beyond_m > 0.0 else []
-    if position[2] < fence.low_m:
-        up, where = max(0.0, velocity[2]), [*where, f'{fence.low_m - position[2]:.1f} m too low']
-    elif position[2] > fence.high_m:
-        up, where = min(0.0, velocity[2]), [*where, f'{position[2] - fence.high_m:.1f} m too high']
+    if position[2] < low:
+        up, where = max(0.0, _between(velocity[2], low, fence, limits)), [*where, f'{low - position[2]:.1f} m too low']
+    elif position[2] > high:
+        up, where = min(0.0, _between(velocity[2], high, fence, limits)), [*where, f'{position[2] - high:.1f} m too high']
     return (east, north, up), f'outside the fence ({", ".join(where)}): only motion back inward is flown'

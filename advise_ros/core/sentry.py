@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 
 from advise_ros.core import guard
-from advise_ros.core.fence import Vector
+from advise_ros.core.fence import Point, Vector
 from advise_ros.core.guard import ZERO, Command, Limits, Position, Verdict
 from advise_ros.core.stamp_watch import NS, StampWatch
 
@@ -53,6 +53,7 @@ class Sentry:
         self._jump_s = -math.inf
         self._flown: Vector = ZERO
         self._flown_s = -math.inf
+        self._moving: Point = ZERO[:2]
         self.latched = ''
 
     # -- what arrives ------------------------------------------------------------------------
@@ -96,6 +97,7 @@ class Sentry:
         """What may be flown now, None before the first command."""
         if self._command is None:
             return None
+        self._moving = self._obeyed(now_s)
         verdict = self._judged(self._command._replace(age_s=now_s - self._command_s), now_s)
         self._flown, self._flown_s = verdict.velocity_enu_m_s, now_s
         return verdict
@@ -117,6 +119,9 @@ class Sentry:
         wanted, fast = guard.limited(command.velocity_enu_m_s, self._limits)
         ramped = self._ramped(wanted, now_s)
         verdict = guard.check(command._replace(velocity_enu_m_s=ramped), position, self._limits)
+        if position is not None and guard.must_brake(self._moving, position, self._limits):
+            standing = (0.0, 0.0, verdict.velocity_enu_m_s[2])
+            return Verdict(standing, verdict.yaw_rate_rad_s, 'fence ahead: it brakes before it turns')
         growing = f'acceleration limited to {self._settings.max_acceleration_m_s2:g} m/s2' if ramped != wanted else ''
         return verdict._replace(reason='; '.join(reason for reason in (fast, growing, verdict.reason) if reason))
 
@@ -135,3 +140,10 @@ class Sentry:
             for wanted, now in zip(velocity, self._flown, strict=True)
         )
         return east, north, up
+
+    def _obeyed(self, now_s: float) -> Point:
+        """The velocity in plan that what was flown has come to by now, in a vehicle that is as slow as it may be."""
+        change = self._flown[0] - self._moving[0], self._flown[1] - self._moving[1]
+        size, reached = math.hypot(*change), self._limits.braking_m_s2 * (now_s - self._flown_s)
+        share = 1.0 if size <= reached else reached / size
+        return self._moving[0] + share * change[0], self._moving[1] + share * change[1]

@@ -33,6 +33,7 @@ class Episode:
 
     Attributes:
         worst_m: furthest outside in plan or altitude so far.
+        side: to which of both sides along the fence he weaved last.
     """
 
     rng: np.random.Generator
@@ -45,6 +46,7 @@ class Episode:
     velocity: np.ndarray = field(default_factory=lambda: np.zeros(3))
     gust: np.ndarray = field(default_factory=lambda: np.zeros(3))
     worst_m: float = 0.0
+    side: float = 1.0
 
     @property
     def true_position(self) -> np.ndarray:
@@ -86,7 +88,7 @@ class Episode:
         return self.worst_m
 
     def _wish(self) -> np.ndarray:
-        """Mostly straight at the fence, as fast as it will."""
+        """Mostly at the fence, straight or weaving, as fast as it will."""
         if self.rng.random() < 0.2:
             return self.rng.uniform(-6.0, 6.0, 3)
         edge = self.fence.edges[self.rng.integers(len(self.fence.edges))]
@@ -94,6 +96,10 @@ class Episode:
         near = nearest(edge, at)
         away = np.array([near[0] - at[0], near[1] - at[1], self.rng.uniform(-3.0, 3.0)])
         size = math.hypot(*away[:2])
+        if self.rng.random() < 0.5:
+            self.side = -self.side
+            along = self.side * self.rng.uniform(0.0, 2.0)
+            away += along * np.array([-away[1], away[0], 0.0])
         return away * (self.rng.uniform(0.5, 50.0) / max(size, 0.1))
 
     def _move(self, wanted: np.ndarray) -> None:

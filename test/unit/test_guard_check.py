@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import pytest
 
 from advise_ros.core import guard
-from advise_ros.core.fence import box, fence_around
+from advise_ros.core.fence import Fence, box, fence_around
 from advise_ros.core.grid import Grid
 from advise_ros.core.guard import Command, Limits, Position, check
 from advise_ros.core.stamp_watch import StampWatch
@@ -77,6 +78,23 @@ def test_outside_only_inward() -> None:
     back = check(asked(-1.0, 1.0), outside, LIMITS)
     assert back.velocity_enu_m_s == (-1.0, 0.0, 0.0)
     assert back.reason == 'outside the fence (1.0 m in plan): only motion back inward is flown'
+
+
+def test_back_in_no_faster_than_it_can_stop_before_the_other_side() -> None:
+    # The corner at the origin is as sharp as 27 degrees: 0.1 m from it the fence is 5 cm deep.
+    sharp = replace(LIMITS, fence=Fence(((0.0, 0.0), (10.0, 0.0), (10.0, 5.0)), 4.0, 5.0))
+    beside = check(asked(0.0, 3.0), Position((0.1, -0.5, 4.5), 'map', 0.0), sharp).velocity_enu_m_s
+    assert 0.0 < beside[1] < 0.05
+    assert check(asked(0.0, 3.0), Position((8.0, -0.5, 4.5), 'map', 0.0), sharp).velocity_enu_m_s[1] > 1.0
+    too_low = check(Command((0.0, 0.0, 1.5), 'map', 0.0), Position((8.0, 1.0, 3.0), 'map', 0.0), sharp).velocity_enu_m_s
+    assert 0.0 < too_low[2] < 0.8
+
+
+def test_beside_a_corner_back_in_is_along_its_bisector() -> None:
+    sharp = replace(LIMITS, fence=Fence(((0.0, 0.0), (10.0, 0.0), (10.0, 5.0)), 4.0, 5.0))
+    # Straight to the corner and on would lead out of the other edge.
+    east, north, _ = check(asked(1.0, 0.0), Position((-0.1, 0.15, 4.5), 'map', 0.0), sharp).velocity_enu_m_s
+    assert math.atan2(north, east) == pytest.approx(math.atan2(5.0, 10.0) / 2.0)
 
 
 def test_the_fence_stands_around_the_grid() -> None:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from advise_ros.core.errors import InputError
@@ -152,3 +154,26 @@ def test_corners_are_read_in_either_order() -> None:
 def test_what_is_no_polygon_is_refused_in_a_sentence(text: str) -> None:
     with pytest.raises(InputError, match=r'^fence_polygon .*corners in metres east and north, e\.g\.'):
         corners_from_text(text)
+
+
+@pytest.mark.parametrize('period_s', [0.5, 1.5, 4.0])
+def test_who_weaves_along_the_fence_does_not_pass_it(period_s: float) -> None:
+    """What turns a vehicle does not slow it: without looking at how it moves it went out by 0.56 m."""
+    guarding = Sentry(replace(LIMITS, max_speed_m_s=4.0, reaction_s=1.8), SentrySettings())
+    at, moving, obeyed, furthest = np.array([0.0, 40.0]), np.zeros(2), [np.zeros(2)] * 4, 0.0
+    reasons = set()
+    for tick in range(600):
+        now_s = 0.05 * tick
+        side = 1.0 if (now_s + 0.7) // period_s % 2 == 0 else -1.0
+        asked, seen = (4.0 * side, 4.0, 0.0), (float(at[0]), float(at[1]), 5.0)
+        flown, why = ask(guarding, now_s, asked, at=seen if tick % 4 == 0 else None)
+        reasons.add(why)
+        obeyed = [*obeyed[1:], np.array(flown[:2])]
+        for _ in range(5):
+            change = obeyed[0] - moving
+            change *= min(1.0, LIMITS.braking_m_s2 * 0.01 / max(math.hypot(*change), 1e-9))
+            at = at + (moving + change / 2.0) * 0.01
+            moving = moving + change
+            furthest = max(furthest, at[1])
+    assert 49.0 < furthest < 50.001
+    assert 'fence ahead: it brakes before it turns' in reasons
