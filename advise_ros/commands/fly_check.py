@@ -14,7 +14,7 @@ from advise_ros.exits import INTERRUPTED, OK, VERDICT_NO, fail
 from advise_ros.mavlink import messages as mav
 from advise_ros.mavlink.companion import Companion, Settings, Status
 from advise_ros.mavlink.link import Link
-from advise_ros.mavlink.preflight import PARAMETERS, Finding, Level, Room, parameter_findings, state_findings
+from advise_ros.mavlink.preflight import OPTIONAL, PARAMETERS, Finding, Level, Room, parameter_findings, state_findings
 from advise_ros.mavlink.readings import Readings
 from advise_ros.mavlink.signing import optional_key
 from advise_ros.recording.gridfile import load_grid
@@ -111,10 +111,9 @@ class Check:
         started_s = time.monotonic()
         self._until(lambda: bool(self._status().autopilot), self._options.wait)
         if not self._status().autopilot:
-            heard = f'{self._status().waiting_for} within {self._options.wait:g} s on {self._options.url}'
-            raise AdviseError(f'{heard}; start the autopilot, or have it send there (ArduPilot in SITL: --out=udp:HOST:PORT)')
+            raise AdviseError(self._silence())
         autopilot = self._status().autopilot
-        self._readings = Readings(tuple(PARAMETERS[autopilot]), bytewise=autopilot == 'px4')
+        self._readings = Readings(tuple(PARAMETERS[autopilot]), bytewise=autopilot == 'px4', optional=OPTIONAL)
         left_s = self._options.wait - (time.monotonic() - started_s)
         self._until(lambda: self._status().ready, max(LISTEN_S, left_s))
         if autopilot == 'ardupilot' and self._companion.vehicle.target is not None:
@@ -123,12 +122,28 @@ class Check:
         self._until(lambda: self._readings is None or self._readings.done, self._options.wait)
         return [*state_findings(self._status(), self._texts), self._signing(), *self._parameters(autopilot)]
 
+    def _silence(self) -> str:
+        """Why no autopilot is heard, as far as it can be told, and what to do."""
+        link, hindrance = self._link, self._companion.hindrance
+        heard = f'no autopilot is heard within {self._options.wait:g} s on {self._options.url}'
+        if link.refused_signatures:
+            return f"{heard}: {hindrance}; give --signing-key the autopilot's own key, or none where it has none"
+        if self._companion.vehicle.unfit:
+            return f'{heard}: {hindrance}; only ArduPilot and PX4 multicopters are flown'
+        if hindrance:
+            return f'{heard}: {hindrance}; start the autopilot, or name its own address'
+        if link.bad_bytes:
+            return f'{heard}: {link.bad_bytes} bytes came that are no MAVLink; see that port and --baud are right'
+        return f'{heard}: nothing comes; start the autopilot, or have it send there (ArduPilot in SITL: --out=udp:HOST:PORT)'
+
     def _parameters(self, autopilot: str) -> list[Finding]:
         return parameter_findings(autopilot, self._readings.values if self._readings else {}, self._room)
 
     def _signing(self) -> Finding:
         if self._signed:
             return Finding(Level.RIGHT, 'what it sends is signed with the key')
+        if self._link.doubt:
+            return Finding(Level.WRONG, self._link.doubt, '--signing-key FILE with the key that it has')
         remedy = 'give both ends one key where others can reach the link: docs/safety.md'
         return Finding(Level.ADVICE, 'the link is not signed: whoever reaches it may command the vehicle', remedy)
 

@@ -129,8 +129,12 @@ class Companion:
 
     def _no_link(self) -> str:
         what = 'the link to the autopilot is lost' if self.vehicle.target else 'no autopilot has been heard'
-        why = '; '.join(reason for reason in (self._link_problem, '' if self.vehicle.target else self.vehicle.unfit) if reason)
-        return f'{what} ({why})' if why else what
+        return f'{what} ({self.hindrance})' if self.hindrance else what
+
+    @property
+    def hindrance(self) -> str:
+        """What is known to be wrong with the link or with what is heard on it, '' if nothing."""
+        return '; '.join(reason for reason in (self._link_problem, '' if self.vehicle.target else self.vehicle.unfit) if reason)
 
     # -- status ------------------------------------------------------------------------------
     def commandable(self, now_s: float) -> bool:
@@ -178,6 +182,11 @@ class Companion:
             )
         return Status(
             vehicle.name, machine.mode, connected, ready=machine.ready, armed=vehicle.armed, in_air=vehicle.in_air,
-            commandable=machine.commandable and not self._resting, waiting_for=self._resting or machine.waiting_for,
-            text=vehicle.text,
+            commandable=machine.commandable and not self._resting,
+            waiting_for=self._resting or self._waiting_for(machine), text=vehicle.text,
         )
+
+    def _waiting_for(self, machine: Machine) -> str:
+        """With what may be wrong with the link, if nothing comes of what was asked for."""
+        waiting, unheard = machine.waiting_for, self.vehicle.health is None
+        return f'{waiting} ({self._link_problem})' if waiting and unheard and self._link_problem else waiting

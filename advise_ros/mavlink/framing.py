@@ -38,6 +38,7 @@ class Framer:
 
     Attributes:
         bad_bytes: what was no sound frame of a known message.
+        unproven: signed frames that were taken without a key to prove them by.
     """
 
     def __init__(self, verifier: Verifier | None = None) -> None:
@@ -45,6 +46,7 @@ class Framer:
         self._verifier = verifier
         self._buffer = bytearray()
         self.bad_bytes = 0
+        self.unproven = 0
 
     @property
     def waiting_bytes(self) -> int:
@@ -118,9 +120,10 @@ class Framer:
         """Of a message that we speak, and signed if that is asked for."""
         if message.get_msgId() not in SPOKEN:
             return False
+        signed = self._buffer[at] == START_V2 and bool(self._buffer[at + 2] & SIGNED)
         if self._verifier is None:
+            self.unproven += signed
             return True
-        signed = self._buffer[at] == START_V2 and self._buffer[at + 2] & SIGNED
         if not signed:
             self._verifier.refuse('a frame is not signed, but a key is set')
             return False

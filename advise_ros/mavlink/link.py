@@ -12,10 +12,11 @@ from advise_ros.mavlink.encoding import Encoder
 from advise_ros.mavlink.framing import Framer
 from advise_ros.mavlink.messages import ATTITUDE, Message
 from advise_ros.mavlink.signing import SigningClock, Verifier
-from advise_ros.mavlink.transport import Address, make_transport
+from advise_ros.mavlink.transport import Address, make_transport, why
 
 QUEUE_MESSAGES = 20_000
 RETRY_S = 1.0
+SIGNED_WITHOUT_KEY = 'what it sends is signed, but no key is set here: it may ignore all that we send'
 # These wait in the queue for the next message that matters: each wake of the owner costs processor time.
 QUIET_IDS = frozenset({ATTITUDE})
 
@@ -76,8 +77,10 @@ class Link:
 
     @property
     def doubt(self) -> str:
-        """Why frames are refused, '' if none was."""
-        return '' if self._verifier is None else self._verifier.refusal
+        """Why frames are refused here, or probably there; '' if nothing tells of it."""
+        if self._verifier is not None:
+            return self._verifier.refusal
+        return SIGNED_WITHOUT_KEY if self._framer.unproven else ''
 
     def start(self) -> None:
         """Begin to read."""
@@ -132,6 +135,6 @@ class Link:
             return
         self._transport.drop()
         self._framer.reset()
-        self.problem = f'{self.url}: {problem}'
+        self.problem = f'{self.url}: {why(problem)}'
         self._wake()
         self._closing.wait(RETRY_S)

@@ -116,7 +116,7 @@ class Machine(ABC):
             lacking = ', '.join(self.missing()) if self._task.phase is Phase.READY else ''
             return lacking or str(self._task.phase.value)
         if self._task.failure:
-            return self._task.failure
+            return f'another try: {self._task.failure}{self._way_back()}'
         return '' if self.commandable else self._waiting_idle()
 
     def _waiting_idle(self) -> str:
@@ -125,10 +125,16 @@ class Machine(ABC):
         if not (self._vehicle.armed and self._vehicle.in_air):
             return ''
         if self.holder is Holder.OTHERS:
-            return f'{self.own} mode (it is {self.mode}; {self._taken}; mavlink_bridge/takeoff takes over)'
+            return f'{self.own} mode (it is {self.mode}; {self._taken}{self._way_back()})'
         if self._vehicle.custom_mode != self.own_mode:
-            return f'{self.own} mode (it is {self.mode}; mavlink_bridge/takeoff takes over)'
+            return f'{self.own} mode (it is {self.mode}{self._way_back()})'
         return ''
+
+    def _way_back(self) -> str:
+        """How a person gives us a vehicle that flies without us, as the end of a sentence."""
+        vehicle = self._vehicle
+        away = self.holder is Holder.OTHERS or vehicle.custom_mode != self.own_mode
+        return '; mavlink_bridge/takeoff takes over' if vehicle.armed and vehicle.in_air and away else ''
 
     # -- requests ----------------------------------------------------------------------------
     def ask(self, request: Request) -> None:

@@ -37,7 +37,13 @@ Judge = Callable[[float, Room | None], Finding]
 RIGHT, ADVICE, WRONG = Level.RIGHT, Level.ADVICE, Level.WRONG
 
 
+# Setpoints come at 20 Hz; a time-out shorter than this takes a few lost ones for the end of them all.
+SHORTEST_TIMEOUT_S = 0.3
+
+
 def _guid_timeout(value: float, _: Room | None) -> Finding:
+    if value < SHORTEST_TIMEOUT_S:
+        return Finding(ADVICE, f'it brakes {value:g} s after the last setpoint: at each that is lost', 'set GUID_TIMEOUT to 1')
     if value <= 1.0:
         return Finding(RIGHT, f'it brakes {value:g} s after the last setpoint')
     level = ADVICE if value <= 3.0 else WRONG
@@ -61,9 +67,29 @@ def _fence_action(value: float, _: Room | None) -> Finding:
         WRONG, 'it only reports at its fence', 'set FENCE_ACTION to 1')
 
 
+def _fence_type(value: float, _: Room | None) -> Finding:
+    # Bits: 1 greatest altitude, 2 circle around home, 4 polygons, 8 least altitude.
+    lacking = [what for bit, what in ((1, 'an altitude'), (6, 'a circle or polygon')) if not round(value) & bit]
+    if lacking:
+        return Finding(WRONG, f'its fence lacks {" and ".join(lacking)}', 'set FENCE_TYPE to 7')
+    return Finding(RIGHT, 'its fence has an altitude and a circle or polygon')
+
+
 def _arming_check(value: float, _: Room | None) -> Finding:
-    return Finding(RIGHT, 'checks before arming are on') if value else Finding(
-        WRONG, 'checks before arming are off', 'set ARMING_CHECK to 1')
+    if value == 0.0:
+        return Finding(WRONG, 'checks before arming are off', 'set ARMING_CHECK to 1')
+    if round(value) & 1:
+        return Finding(RIGHT, 'checks before arming are on')
+    return Finding(ADVICE, 'only some checks before arming are on', 'set ARMING_CHECK to 1')
+
+
+def _skipped_checks(value: float, _: Room | None) -> Finding:
+    """ArduPilot 4.7 names what is skipped, -1 is all of it."""
+    if value == 0.0:
+        return Finding(RIGHT, 'all checks before arming are on')
+    if value < 0.0:
+        return Finding(WRONG, 'checks before arming are off', 'set ARMING_SKIPCHK to 0')
+    return Finding(ADVICE, 'some checks before arming are skipped', 'set ARMING_SKIPCHK to 0')
 
 
 def _at_least(name: str, of: Callable[[Room], float], what: str) -> Judge:
@@ -87,6 +113,8 @@ def _at_least_and_on(name: str, of: Callable[[Room], float], what: str) -> Judge
 
 def _offboard_loss_time(value: float, _: Room | None) -> Finding:
     said = f'OFFBOARD is left {value:g} s after the last setpoint'
+    if value < SHORTEST_TIMEOUT_S:
+        return Finding(WRONG, f'{said}: at each that is lost', 'set COM_OF_LOSS_T to 1')
     return Finding(RIGHT, said) if value <= 1.0 else Finding(WRONG, said, 'set COM_OF_LOSS_T to 1')
 
 
@@ -94,7 +122,9 @@ def _offboard_loss_action(value: float, _: Room | None) -> Finding:
     actions = {4: 'it lands', 5: 'it holds'}
     if value in actions:
         return Finding(RIGHT, f'without setpoints {actions[round(value)]}')
-    return Finding(WRONG, 'without setpoints it returns or sinks', 'set COM_OBL_RC_ACT to 5 (hold) or 4 (land)')
+    falls = {6: 'it terminates the flight and falls', 7: 'it disarms and falls'}
+    said = falls.get(round(value), 'it returns or sinks')
+    return Finding(WRONG, f'without setpoints {said}', 'set COM_OBL_RC_ACT to 5 (hold) or 4 (land)')
 
 
 def _sticks(value: float, _: Room | None) -> Finding:
@@ -111,8 +141,11 @@ def _data_link(value: float, _: Room | None) -> Finding:
 
 
 def _geofence_action(value: float, _: Room | None) -> Finding:
+    remedy = 'set GF_ACTION to 2 (hold), 3 (return) or 5 (land)'
+    if value == 4.0:
+        return Finding(WRONG, 'it terminates the flight at its fence, and falls', remedy)
     return Finding(RIGHT, 'it acts at its fence') if value >= 2.0 else Finding(
-        WRONG, 'it does nothing or only warns at its fence', 'set GF_ACTION to 2 (hold) or more')
+        WRONG, 'it does nothing or only warns at its fence', remedy)
 
 
 # Name -> judge; those in OPTIONAL are not in every version.
@@ -121,7 +154,7 @@ PARAMETERS: Mapping[str, Mapping[str, Judge]] = {
         'GUID_TIMEOUT': _guid_timeout, 'FS_GCS_ENABLE': _fs_gcs, 'FENCE_ENABLE': _fence_enable, 'FENCE_ACTION': _fence_action,
         'FENCE_RADIUS': _at_least('FENCE_RADIUS', lambda room: room.reach_m, 'its fence has a radius of'),
         'FENCE_ALT_MAX': _at_least('FENCE_ALT_MAX', lambda room: room.high_m, 'its fence has a height of'),
-        'ARMING_CHECK': _arming_check,
+        'FENCE_TYPE': _fence_type, 'ARMING_CHECK': _arming_check, 'ARMING_SKIPCHK': _skipped_checks,
     },
     'px4': {
         'COM_OF_LOSS_T': _offboard_loss_time, 'COM_OBL_RC_ACT': _offboard_loss_action, 'COM_RCL_EXCEPT': _sticks,
@@ -130,7 +163,7 @@ PARAMETERS: Mapping[str, Mapping[str, Judge]] = {
         'GF_MAX_VER_DIST': _at_least_and_on('GF_MAX_VER_DIST', lambda room: room.high_m, 'height above home'),
     },
 }
-OPTIONAL = frozenset({'ARMING_CHECK'})
+OPTIONAL = frozenset({'FENCE_TYPE', 'ARMING_CHECK', 'ARMING_SKIPCHK'})
 
 
 def parameter_findings(autopilot: str, values: Mapping[str, float], room: Room | None) -> list[Finding]:

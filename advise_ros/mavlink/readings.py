@@ -11,6 +11,8 @@ from advise_ros.mavlink import messages as mav
 from advise_ros.mavlink.messages import Message, dialect
 
 ASK_S, TRIES = 0.5, 6
+# Tries for what not every version has.
+OPTIONAL_TRIES = 2
 INTEGERS = {
     int(dialect.MAV_PARAM_TYPE_INT8), int(dialect.MAV_PARAM_TYPE_UINT8), int(dialect.MAV_PARAM_TYPE_INT16),
     int(dialect.MAV_PARAM_TYPE_UINT16), int(dialect.MAV_PARAM_TYPE_INT32), int(dialect.MAV_PARAM_TYPE_UINT32),
@@ -23,20 +25,22 @@ class Readings:
     Args:
         names: what to ask for.
         bytewise: whole numbers travel as the bytes of the float that carries them (PX4).
+        optional: those of the names that not every version has.
 
     Attributes:
         values: name -> value, as far as it came.
     """
 
-    def __init__(self, names: tuple[str, ...], *, bytewise: bool) -> None:
-        self._names, self._bytewise = names, bytewise
+    def __init__(self, names: tuple[str, ...], *, bytewise: bool, optional: frozenset[str] = frozenset()) -> None:
+        self._names, self._bytewise, self._optional = names, bytewise, optional
         self._asked: tuple[float, int] = (0.0, 0)
         self.values: dict[str, float] = {}
 
     @property
     def done(self) -> bool:
         """All came, or there is no more hope."""
-        return set(self._names) <= set(self.values) or self._asked[1] > TRIES
+        missing, times = set(self._names) - set(self.values), self._asked[1]
+        return not missing or times > TRIES or (missing <= self._optional and times > OPTIONAL_TRIES)
 
     def step(self, target: tuple[int, int], now_s: float) -> list[Message]:
         """What to send now."""

@@ -6,7 +6,9 @@ pymavlink's own connections are not used: they spin when a TCP peer dies and kee
 from __future__ import annotations
 
 import contextlib
+import errno
 import fcntl
+import os
 import socket
 import struct
 import termios
@@ -78,13 +80,26 @@ def _bound(url: str, kind: socket.SocketKind, address: Address) -> socket.socket
         bound.bind(address)
     except OSError as problem:
         bound.close()
-        raise InputError(f"cannot listen on '{url}': {_why(problem)}; stop the other program or take another port") from problem
+        raise InputError(f"cannot listen on '{url}': {why(problem)}; {_remedy(problem)}") from problem
     bound.settimeout(WAIT_S)
     return bound
 
 
-def _why(problem: OSError) -> str:
-    return (problem.strerror or str(problem) or type(problem).__name__).lower()
+def _remedy(problem: OSError) -> str:
+    if isinstance(problem, socket.gaierror) or problem.errno == errno.EADDRNOTAVAIL:
+        return 'name an address of this machine, or 0.0.0.0 for all of them'
+    if problem.errno == errno.EACCES:
+        return 'take a port from 1024 on'
+    return 'stop the other program or take another port'
+
+
+def why(problem: Exception) -> str:
+    """A problem of the system in words, without its number."""
+    number = getattr(problem, 'errno', None)
+    if isinstance(number, int) and number > 0:
+        return os.strerror(number).lower()
+    said: str = getattr(problem, 'strerror', None) or str(problem) or type(problem).__name__
+    return said[:1].lower() + said[1:]
 
 
 class UdpIn:
@@ -128,7 +143,7 @@ class UdpOut(UdpIn):
         try:
             self._address = (socket.gethostbyname(self._address[0]), self._address[1])
         except OSError as problem:
-            raise InputError(f"url is '{self._url}', but its host is unknown: {_why(problem)}") from problem
+            raise InputError(f"url is '{self._url}', but its host is unknown: {why(problem)}") from problem
         self._socket = _bound(self._url, socket.SOCK_DGRAM, ('', 0))
 
     def send(self, data: bytes, to: Address | None) -> None:
@@ -239,7 +254,7 @@ class Serial:
             self._port = self._opened()
         except (OSError, ValueError) as problem:
             raise InputError(
-                f"cannot open the serial device '{self._device}' at {self._baud} baud: {problem}; "
+                f"cannot open the serial device '{self._device}' at {self._baud} baud: {why(problem)}; "
                 'plug it in, or give the right device as url and the right baud'
             ) from problem
 

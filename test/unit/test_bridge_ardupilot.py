@@ -71,7 +71,7 @@ def test_gives_up_an_autopilot_that_never_becomes_ready_with_its_text() -> None:
     flight.deliver([dialect.MAVLink_statustext_message(4, b'PreArm: Compass not calibrated')])
     flight.run(6.0)
     assert flight.status.waiting_for == (
-        'take-off given up: not ready after 5 s; still waiting for: EKF position, pre-arm check; '
+        'another try: take-off given up: not ready after 5 s; still waiting for: EKF position, pre-arm check; '
         'the autopilot says: PreArm: Compass not calibrated'
     )
     flight.copter.ready = True
@@ -108,6 +108,17 @@ def test_a_lost_take_off_ack_is_judged_by_the_state() -> None:
     assert flight.status.waiting_for == ''
 
 
+def test_what_is_wrong_with_the_link_is_told_while_nothing_comes_that_was_asked_for() -> None:
+    flight = Flight(ScriptedCopter(silent={mav.SYS_STATUS, mav.EKF_STATUS_REPORT}))
+    flight.run(1.0)
+    flight.companion.step(flight.now_s, 'what it sends is signed')
+    assert flight.status.waiting_for == 'EKF position, pre-arm check (what it sends is signed)'
+    flight.copter.silent.clear()
+    flight.until(lambda: flight.status.ready)
+    flight.companion.step(flight.now_s, 'what it sends is signed')
+    assert flight.status.waiting_for == ''
+
+
 def test_silence_is_a_refusal_after_five_tries() -> None:
     flight = Flight(ScriptedCopter(deaf={mav.CMD_ARM}))
     flight.until(lambda: flight.status.ready)
@@ -116,7 +127,7 @@ def test_silence_is_a_refusal_after_five_tries() -> None:
     assert request.reply is not None and request.reply.accepted  # Under way, as nobody has refused so far.
     flight.run(8.0)
     assert flight.copter.commands.count(mav.CMD_ARM) == 5
-    assert flight.status.waiting_for == 'arm refused: no answer to 5 commands'
+    assert flight.status.waiting_for == 'another try: arm refused: no answer to 5 commands'
 
 
 def test_a_mode_that_somebody_else_sets_is_respected_until_take_off_is_asked_again() -> None:
@@ -145,7 +156,10 @@ def test_a_mode_change_during_take_off_ends_it() -> None:
     flight.until(lambda: flight.copter.altitude_m > 2.0)
     flight.copter.mode, flight.copter.climb_to_m = LAND, None
     flight.run(0.5)
-    assert flight.status.waiting_for == 'take-off given up: LAND was set by someone else or a failsafe'
+    assert flight.status.waiting_for == (
+        'another try: take-off given up: LAND was set by someone else or a failsafe; mavlink_bridge/takeoff takes over')
+    flight.until(lambda: not flight.status.armed)
+    assert flight.status.waiting_for == 'another try: take-off given up: LAND was set by someone else or a failsafe'
 
 
 def test_lands_and_stops_commanding_at_once() -> None:

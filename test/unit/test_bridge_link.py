@@ -142,8 +142,23 @@ def test_a_malformed_url_is_named_with_the_forms_that_work(url: str) -> None:
 
 
 def test_a_missing_serial_device_is_named() -> None:
-    with pytest.raises(InputError, match=r"^cannot open the serial device '/dev/no_such_device' at 57600 baud"):
+    with pytest.raises(InputError, match=r"^cannot open the serial device '/dev/no_such_device' at 57600 baud: no such file or"):
         Link('/dev/no_such_device', baud=57600)
+
+
+@pytest.mark.parametrize('url', ['udpin:no.such.host.invalid:14550', 'tcpin:192.0.2.1:14550'])
+def test_an_address_of_another_machine_cannot_be_listened_on(url: str) -> None:
+    with pytest.raises(InputError, match=f"^cannot listen on '{url}': .*; name an address of this machine"):
+        Link(url)
+
+
+def test_signed_frames_without_a_key_are_taken_and_told_of(opened: Callable[..., Link]) -> None:
+    port = reserve.free_udp_port()
+    link = opened(f'udpin:127.0.0.1:{port}', system_id=42)
+    speaker = opened(f'udpout:127.0.0.1:{port}', system_id=21, key=bytes(range(32)))
+    assert link.doubt == ''
+    assert hear(link, lambda: speaker.send(mav.heartbeat())).message.get_srcSystem() == 21
+    assert link.doubt == 'what it sends is signed, but no key is set here: it may ignore all that we send'
 
 
 def test_an_unknown_host_is_named() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import socket
 import threading
 from collections.abc import Iterator
 from pathlib import Path
@@ -42,6 +43,13 @@ def levels(autopilot: str, values: dict[str, float], room: Room | None = None) -
     ('px4', 'COM_OF_LOSS_T', 5.0, Level.WRONG), ('px4', 'COM_OBL_RC_ACT', 0.0, Level.WRONG),
     ('px4', 'COM_OBL_RC_ACT', 5.0, Level.RIGHT), ('px4', 'COM_RCL_EXCEPT', 0.0, Level.ADVICE),
     ('px4', 'COM_RCL_EXCEPT', 6.0, Level.RIGHT), ('px4', 'NAV_DLL_ACT', 2.0, Level.ADVICE),
+    ('ardupilot', 'GUID_TIMEOUT', 0.1, Level.ADVICE), ('ardupilot', 'FENCE_TYPE', 7.0, Level.RIGHT),
+    ('ardupilot', 'FENCE_TYPE', 6.0, Level.WRONG), ('ardupilot', 'FENCE_TYPE', 1.0, Level.WRONG),
+    ('ardupilot', 'ARMING_CHECK', 1.0, Level.RIGHT), ('ardupilot', 'ARMING_CHECK', 448.0, Level.ADVICE),
+    ('ardupilot', 'ARMING_SKIPCHK', 0.0, Level.RIGHT), ('ardupilot', 'ARMING_SKIPCHK', 8.0, Level.ADVICE),
+    ('ardupilot', 'ARMING_SKIPCHK', -1.0, Level.WRONG), ('px4', 'COM_OF_LOSS_T', 0.0, Level.WRONG),
+    ('px4', 'COM_OBL_RC_ACT', 7.0, Level.WRONG), ('px4', 'GF_ACTION', 4.0, Level.WRONG),
+    ('px4', 'GF_ACTION', 3.0, Level.RIGHT),
     ('px4', 'GF_ACTION', 1.0, Level.WRONG), ('px4', 'GF_MAX_HOR_DIST', 0.0, Level.WRONG),
 ])
 def test_each_parameter_is_judged_and_what_is_wrong_has_a_remedy(autopilot: str, name: str, value: float, level: Level) -> None:
@@ -80,9 +88,17 @@ def test_parameters_are_read_from_both_dialects_and_asked_for_again(dialect: typ
                     readings.observe(mav.dialect.MAVLink(None).decode(bytearray(reply.get_msgbuf())))
         lost = turn < 3
     assert readings.done
-    assert set(readings.values) == set(PARAMETERS[autopilot])
+    assert set(readings.values) == set(PARAMETERS[autopilot]) - {'ARMING_SKIPCHK'}  # ArduPilot 4.7's name.
     wanted = {'ardupilot': ('GUID_TIMEOUT', 3.0), 'px4': ('GF_ACTION', 2.0)}[autopilot]
     assert readings.values[wanted[0]] == wanted[1]
+
+
+def test_what_not_every_version_has_is_soon_no_longer_waited_for() -> None:
+    readings = Readings(('ONE', 'NEWER'), bytewise=False, optional=frozenset({'NEWER'}))
+    readings.observe(mav.dialect.MAVLink_param_value_message(b'ONE', 1.0, 9, 1, 0))
+    asked = [len(readings.step((1, 1), turn * 0.5)) for turn in range(8)]
+    assert asked == [1, 1, 1, 0, 0, 0, 0, 0]
+    assert readings.done
 
 
 @contextlib.contextmanager
@@ -119,17 +135,47 @@ def test_the_command_finds_what_is_wrong_and_arms_nothing(dialect: type, lines: 
     assert all(line in said for line in lines)
 
 
-def test_with_a_key_it_hears_only_who_has_it(tmp_path: Path, capsys: Capture) -> None:
+def test_with_a_key_it_hears_only_who_has_it_and_without_one_it_says_who_signs(tmp_path: Path, capsys: Capture) -> None:
     key, port = bytes(range(32)), reserve.free_udp_port()
     (tmp_path / 'key').write_text(key.hex())
     (tmp_path / 'key').chmod(0o600)
     command = [f'udpin:127.0.0.1:{port}', '--signing-key', str(tmp_path / 'key'), '--wait']
     with on_the_air(Px4, port):
         assert fly_check.run([*command, '1']) == 2
-        assert 'a frame is not signed, but a key is set' in capsys.readouterr().err
+        assert 'a frame is not signed, but a key is set; give --signing-key' in capsys.readouterr().err
     with on_the_air(Px4, port, key):
         assert fly_check.run([*command, '20']) == 1
         assert 'right   what it sends is signed with the key' in capsys.readouterr().out
+        assert fly_check.run([f'udpin:127.0.0.1:{port}', '--wait', '1']) == 1
+        assert 'WRONG   what it sends is signed, but no key is set here' in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(('sent', 'words'), [
+    (b'', 'nothing comes; start the autopilot'),
+    (b'no mavlink', '10 bytes came that are no MAVLink; see that port and --baud are right'),
+    (bytes(mav.dialect.MAVLink_heartbeat_message(1, 3, 0, 0, 4, 3).pack(mav.dialect.MAVLink(None, 7, 1))),
+     'system 7 is no multicopter (MAV_TYPE 1); only ArduPilot and PX4 multicopters are flown'),
+], ids=['nothing', 'no MAVLink', 'a plane'])
+def test_silence_is_told_with_what_is_known_of_its_cause(sent: bytes, words: str, capsys: Capture) -> None:
+    with socket.create_server(('127.0.0.1', 0)) as server:
+        url = f'tcp:127.0.0.1:{server.getsockname()[1]}'
+
+        def speak() -> None:
+            client, _ = server.accept()
+            with client:
+                client.sendall(sent)
+                client.recv(1)  # Our heartbeats, until it hangs up.
+                client.settimeout(10)
+                while client.recv(1000):
+                    pass
+
+        speaker = threading.Thread(target=speak, daemon=True)
+        speaker.start()
+        assert fly_check.run([url, '--wait', '1']) == 2
+        speaker.join(10)
+    said = capsys.readouterr().err
+    assert said.startswith(f'error: no autopilot is heard within 1 s on {url}: ')
+    assert words in said
 
 
 @pytest.mark.parametrize(('given', 'words'), [
