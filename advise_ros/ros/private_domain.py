@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import fcntl
 import os
-import random
 import tempfile
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -27,7 +26,9 @@ def private_domain(candidates: Sequence[int] = DOMAINS) -> Iterator[int]:
     """
     folder = Path(tempfile.gettempdir(), f'advise_ros_domains_{os.getuid()}')
     folder.mkdir(exist_ok=True)
-    for domain in random.sample(candidates, len(candidates)):  # Not in order: others that know no locks may begin just now.
+    # Each process begins elsewhere: others that know no locks may begin just now.
+    first = os.getpid() % len(candidates)
+    for domain in (*candidates[first:], *candidates[:first]):
         with (folder / str(domain)).open('w') as lock:
             try:
                 fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
