@@ -4,6 +4,7 @@
     ros2 launch advise_ros advise.launch.py backend:=sim actors:=false console:=true
     ros2 launch advise_ros advise.launch.py backend:=ardupilot url:=udpin:127.0.0.1:14550 grid_file:=/path/to/grid.yaml
     ros2 launch advise_ros advise.launch.py backend:=mavros namespace:=drone1 bag:=/tmp/session
+    ros2 launch advise_ros advise.launch.py backend:=ardupilot_dds dds_prefix:=ap/v1
 
 All names are relative: `namespace` moves the whole graph, and with it the topics of MAVROS or DDS that are used.
 """
@@ -40,7 +41,7 @@ URLS = {'sim': 'udpin:127.0.0.1:14550', 'ardupilot': 'udpin:127.0.0.1:14550', 'p
 # Backend without our bridge -> the topic of its position and that of its commands. Commands reach it through the guard only.
 FOREIGN_TOPICS = {
     'mavros': ('mavros/local_position/pose', 'mavros/setpoint_velocity/cmd_vel'),
-    'ardupilot_dds': ('ap/pose/filtered', 'ap/cmd_vel'),
+    'ardupilot_dds': ('{dds_prefix}/pose/filtered', '{dds_prefix}/cmd_vel'),
 }
 # ArduPilot's DDS calls the frame of its ENU pose base_link; what the guard passes on is in map.
 POSE_FRAMES = {'ardupilot_dds': 'base_link'}
@@ -66,6 +67,9 @@ ARGUMENTS = (
     DeclareLaunchArgument(
         'actors', default_value='true', choices=['true', 'false'],
         description='backend sim: start the simulated pilot and expert too; false: a person flies (teleop) and answers',
+    ),
+    DeclareLaunchArgument(
+        'dds_prefix', default_value='ap', description='backend ardupilot_dds: what its topics begin with (newer ones: ap/v1)',
     ),
     DeclareLaunchArgument('bag', default_value='', description='directory of a bag to write; empty: none'),
     DeclareLaunchArgument(
@@ -114,11 +118,11 @@ def texts(name: str, given: dict[str, str]) -> dict[str, str]:
     return found
 
 
-def remappings(name: str, backend: str) -> list[tuple[str, str]]:
+def remappings(name: str, given: dict[str, str]) -> list[tuple[str, str]]:
     """Topics of MAVROS or DDS in place of ours: the guard's own, and its pose for everybody else."""
-    if backend not in FOREIGN_TOPICS or name in {'advise', 'expert'}:
+    if given['backend'] not in FOREIGN_TOPICS or name in {'advise', 'expert'}:
         return []
-    pose, command = FOREIGN_TOPICS[backend]
+    pose, command = (topic.format(**given) for topic in FOREIGN_TOPICS[given['backend']])
     return [('pose', pose), ('guard/cmd_vel', command)] if name == 'guard' else [('pose', 'guard/pose')]
 
 
@@ -126,7 +130,7 @@ def node(name: str, given: dict[str, str]) -> Node:
     return Node(
         package='advise_ros', executable=name, namespace=given['namespace'], output='screen', emulate_tty=True,
         parameters=[given['params_file'], own_parameters(name, given)],
-        remappings=remappings(name, given['backend']),
+        remappings=remappings(name, given),
         ros_arguments=['--log-level', given['log_level']],
     )
 

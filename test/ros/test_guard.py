@@ -12,8 +12,10 @@ from std_srvs.srv import Trigger
 from advise_ros.ros import qos
 from support.flying import pose, velocity
 from support.graph import Graph
+from support.launching import launch_file, nodes
 
-GRID = str(Path(__file__).parents[2] / 'config' / 'grid_6x6.yaml')
+ROOT = Path(__file__).parents[2]
+GRID = str(ROOT / 'config' / 'grid_6x6.yaml')
 
 
 class Pilot:
@@ -110,3 +112,34 @@ def test_a_fence_without_altitudes_is_refused(graph: Graph) -> None:
     process = graph.run('guard', params={'fence_polygon': '0,0 10,0 10,10'})
     assert process.popen.returncode == 2
     assert "fence_polygon has no altitudes; set 'fence_low_m' and 'fence_high_m', or 'grid_file'" in process.text
+
+
+@pytest.mark.parametrize(('arguments', 'topics', 'frame'), [
+    ({'backend': 'mavros'}, ('mavros/local_position/pose', 'mavros/setpoint_velocity/cmd_vel'), 'map'),
+    ({'backend': 'ardupilot_dds', 'dds_prefix': 'ap/v1'}, ('ap/v1/pose/filtered', 'ap/v1/cmd_vel'), 'base_link'),
+])
+def test_as_the_launch_file_starts_it_it_meets_mavros_and_ardupilots_dds(
+    graph: Graph, arguments: dict[str, str], topics: tuple[str, str], frame: str,
+) -> None:
+    """Both tell positions at best effort; ArduPilot hears commands so.
+
+    `launch_ros` puts the slash before namespaces.
+    """
+    asked = nodes(launch_file(str(ROOT)), namespace='drone1', **arguments)['guard']
+    file, own = asked.parameters
+    graph.start('guard', own, dict(asked.remappings), args=['--ros-args', '--params-file', file], namespace=f'/{asked.namespace}')
+    flown = graph.listen(f'/drone1/{topics[1]}', TwistStamped, qos.SENSOR)
+    told = graph.listen('/drone1/guard/pose', PoseStamped, qos.SENSOR)
+    poses = graph.publisher(f'/drone1/{topics[0]}', PoseStamped, qos.SENSOR)
+    commands = graph.publisher('/drone1/cmd_vel', TwistStamped, qos.COMMAND)
+
+    def flies() -> bool:
+        at = pose(5.0, 5.0, 5.0)
+        at.header.frame_id = frame
+        poses.publish(at)
+        commands.publish(velocity(1.0, 0.5))
+        return bool(told) and any(as_tuple(command) == (1.0, 0.5, 0.0) for command in flown)
+
+    graph.wait_until(flies, what='a command through the guard')
+    assert {at.header.frame_id for at in told} == {'map'}
+    assert {command.header.frame_id for command in flown} == {'map'}  # What ArduPilot takes for east, north, up.

@@ -1,64 +1,18 @@
-"""The launch file, without the `launch` packages: they are not on PyPI.
-
-MOCK: small stand-ins for `launch` and `launch_ros` record what the file asks for. That a real
-`ros2 launch` takes it is tried on a full ROS installation.
-"""
+"""The launch file's nodes for each backend and argument; `ros2 launch` itself is not among the wheels (support/launching.py)."""
 
 from __future__ import annotations
 
-import importlib.util
-import sys
-from pathlib import Path
-from types import ModuleType, SimpleNamespace
-from typing import Any
+from types import ModuleType
 
 import pytest
 
-ROOT = Path(__file__).resolve().parents[2]
+from support import launching
+from support.launching import nodes
 
 
-class Recorded(SimpleNamespace):
-    """Stand-in for a launch class: keeps its arguments."""
-
-    def __init__(self, *args: Any, **named: Any) -> None:
-        super().__init__(args=args, name=args[0] if args else None, **named)
-
-
-class Configuration(Recorded):
-    def perform(self, context: dict[str, str]) -> str:
-        return context[self.name]
-
-
-@pytest.fixture
-def launch_file(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
-    """The module launch/advise.launch.py over the stand-ins."""
-    contents = {
-        'launch': {'LaunchContext': dict, 'LaunchDescription': Recorded},
-        'launch.actions': {'DeclareLaunchArgument': Recorded, 'OpaqueFunction': Recorded},
-        'launch.substitutions': {'LaunchConfiguration': Configuration},
-        'launch_ros': {},
-        'launch_ros.actions': {'Node': Recorded},
-        'launch_ros.parameter_descriptions': {'ParameterValue': lambda value, value_type: value_type(value)},
-        'ament_index_python.packages': {'get_package_share_directory': lambda name: f'/share/{name}'},
-    }
-    for name, members in contents.items():
-        module = ModuleType(name)
-        vars(module).update(members)
-        monkeypatch.setitem(sys.modules, name, module)
-    spec = importlib.util.spec_from_file_location('advise_launch', ROOT / 'launch' / 'advise.launch.py')
-    assert spec is not None
-    assert spec.loader is not None
-    loaded = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(loaded)
-    return loaded
-
-
-def nodes(launch_file: ModuleType, **given: str) -> dict[str, Recorded]:
-    """Executable -> node for launch arguments as a user types them."""
-    *arguments, opaque = launch_file.generate_launch_description().args[0]
-    values = {argument.name: argument.default_value for argument in arguments}
-    assert set(given) <= set(values)
-    return {node.executable: node for node in opaque.function({**values, **given})}
+@pytest.fixture(name='launch_file')
+def loaded_launch_file() -> ModuleType:
+    return launching.launch_file()
 
 
 @pytest.mark.parametrize(
@@ -112,11 +66,12 @@ def test_rviz_shows_the_shipped_view(launch_file: ModuleType) -> None:
 @pytest.mark.parametrize(('backend', 'pose', 'command', 'frame'), [
     ('mavros', 'mavros/local_position/pose', 'mavros/setpoint_velocity/cmd_vel', None),
     ('ardupilot_dds', 'ap/pose/filtered', 'ap/cmd_vel', 'base_link'),
+    ('ardupilot_dds dds_prefix:=ap/v1', 'ap/v1/pose/filtered', 'ap/v1/cmd_vel', 'base_link'),
 ])
 def test_others_get_commands_from_the_guard_alone(
     launch_file: ModuleType, backend: str, pose: str, command: str, frame: str | None,
 ) -> None:
-    found = nodes(launch_file, backend=backend)
+    found = nodes(launch_file, **dict(argument.split(':=') for argument in f'backend:={backend}'.split()))
     targets = {name: dict(node.remappings) for name, node in found.items()}
     assert [name for name, remaps in targets.items() if command in remaps.values()] == ['guard']
     assert targets['guard']['pose'] == pose
