@@ -31,7 +31,7 @@ class Machine(ABC):
     """Decides what to send to one autopilot: facts and monotonic time in, messages and status out.
 
     A goal (arm, take-off, landing) goes through phases, each with one function in `steps`. The vehicle is
-    ours once it is armed in `own_mode`, and others' as soon as another mode is seen without our asking: a
+    ours once it is armed in `own_mode` (by our own take-off, where setpoints must stream), and others' as soon as another mode is seen without our asking: a
     person or a failsafe took it. Then every goal ends, no setpoint is sent, and no return to `own_mode`
     changes that: somebody may be flying in that mode by himself.
 
@@ -173,7 +173,8 @@ class Machine(ABC):
         if not vehicle.armed:
             self.holder = Holder.NOBODY
         elif vehicle.custom_mode == self.own_mode:
-            self.holder = Holder.OURS if self.holder is Holder.NOBODY else self.holder
+            if self.holder is Holder.NOBODY:
+                self._meet()
             self._asked_back = False
         elif self.holder is Holder.OURS and not (task.request is not None and task.request.goal is Goal.LAND):
             self.holder, self._taken = Holder.OTHERS, f'{self.mode} was set by someone else or a failsafe'
@@ -182,6 +183,14 @@ class Machine(ABC):
         gone = vehicle.custom_mode != self.own_mode or self.holder is Holder.OTHERS
         if gone and task.in_own_mode:
             task.give_up(f'{self.mode} was set by someone else or a failsafe')
+
+    def _meet(self) -> None:
+        """It is armed in our mode: ours, unless we would have to stream into a flight that is not of our making."""
+        taking_off = self._task.request is not None and self._task.request.goal is Goal.TAKEOFF
+        if taking_off or not self.streams:
+            self.holder = Holder.OURS
+        else:
+            self.holder, self._taken = Holder.OTHERS, 'somebody else flies it, or a bridge before this one'
 
     def _answer_of(self, what: str, now_s: float) -> Progress:
         return self._task.answer_of(what, () if self.ready else self.missing(), now_s)

@@ -71,6 +71,20 @@ def test_a_mode_of_somebody_elses_ends_the_stream() -> None:
     assert request.reply is not None and 'in the air already' in request.reply.message
 
 
+def test_nothing_is_streamed_into_a_flight_of_somebody_elses() -> None:
+    copter = ScriptedPx4(mode=OFFBOARD, armed=True, position_ned=[0.0, 0.0, -5.0])
+    flight = StreamingFlight(copter)
+    for _ in range(100):
+        copter.streamed_s = copter.time_s  # Another companion's setpoints.
+        flight.run(0.05)
+    assert not copter.setpoints
+    assert flight.status.waiting_for == (
+        'OFFBOARD mode (it is OFFBOARD; somebody else flies it, or a bridge before this one; mavlink_bridge/takeoff takes over)')
+    flight.ask(Goal.TAKEOFF)
+    flight.until(lambda: flight.status.commandable)
+    assert copter.setpoints
+
+
 def test_lands_without_a_stream() -> None:
     flight = StreamingFlight(ScriptedPx4())
     flight.fly()
