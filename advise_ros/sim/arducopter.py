@@ -39,6 +39,14 @@ class ArduCopter(Autopilot):
             self.vehicle.say(f'Ground station lost: {mode.name}')
             self._mode(mode)
 
+    def _mode(self, number: int) -> tuple[int, list[Message]]:
+        """A new mode is told at once, by a heartbeat out of turn; PX4 waits for the next one."""
+        before = self.vehicle.mode
+        result = super()._mode(number)
+        if self.vehicle.mode is not before:
+            self._streams.hurry(mavlink.MAVLINK_MSG_ID_HEARTBEAT, self.vehicle.now_ns)
+        return result
+
     def _on_heartbeat(self, message: Message) -> list[Message]:
         if message.get_srcSystem() == GROUND_STATION_SYSTEM_ID:
             self._failsafe.hear(self.vehicle.now_s)

@@ -168,12 +168,7 @@ class Autopilot(ABC):
         return DENIED, []
 
     def _mode(self, number: int) -> tuple[int, list[Message]]:
-        before = self.vehicle.mode
-        result, replies = self._told(self.vehicle.set_mode(number))
-        if self.vehicle.mode is not before:
-            # The new mode is seen with the next tick, a moment after the ACK.
-            self._streams.hurry(mavlink.MAVLINK_MSG_ID_HEARTBEAT, self.vehicle.now_ns)
-        return result, replies
+        return self._told(self.vehicle.set_mode(number))
 
     def _set_interval(self, command: Command) -> tuple[int, list[Message]]:
         message_id, interval_us = integer(command.params[0]), command.params[1]

@@ -34,10 +34,7 @@ class Px4(Autopilot):
         return super()._text(text, severity) if self._px4.ground_station_s is not None else []
 
     def _watch(self) -> None:
-        before = self.vehicle.mode
         self._px4.watch_losses()
-        if self.vehicle.mode is not before:
-            self._streams.hurry(mavlink.MAVLINK_MSG_ID_HEARTBEAT, self.vehicle.now_ns)
 
     def _on_heartbeat(self, message: Message) -> list[Message]:
         if message.type == mavlink.MAV_TYPE_GCS:

@@ -79,6 +79,14 @@ def test_its_heartbeat_is_px4s_at_one_hertz_whatever_is_asked():
     assert (beats[0].autopilot, beats[0].type, beats[0].custom_mode) == (12, 2, 0x03040000)
 
 
+def test_a_new_mode_is_told_by_the_next_heartbeat_and_no_sooner():
+    companion = Px4Companion()
+    companion.run(0.3)
+    assert companion.ask_mode(RTL_MODE) == ACCEPTED
+    assert not of(companion.run(0.5), 'HEARTBEAT')
+    assert [m.custom_mode for m in of(companion.run(0.5), 'HEARTBEAT')] == [int(Px4Mode.RTL)]
+
+
 def test_messages_of_ardupilot_alone_are_unknown():
     assert Px4Companion().command(INTERVAL, EKF, 100_000) == FAILED
     assert Px4Companion().command(INTERVAL, LOCAL_POSITION, 100_000) == ACCEPTED
