@@ -31,9 +31,9 @@ class Machine(ABC):
     """Decides what to send to one autopilot: facts and monotonic time in, messages and status out.
 
     A goal (arm, take-off, landing) goes through phases, each with one function in `steps`. The vehicle is
-    ours once it is armed in `own_mode` (by our own take-off, where setpoints must stream), and others' as soon as another mode is seen without our asking: a
-    person or a failsafe took it. Then every goal ends, no setpoint is sent, and no return to `own_mode`
-    changes that: somebody may be flying in that mode by himself.
+    ours once it is armed in `own_mode` (by our own take-off, where setpoints must stream), and others' as soon
+    as another mode is seen without our asking: a person or a failsafe took it. Then every goal ends, no
+    setpoint is sent, and no return to `own_mode` changes that: somebody may be flying in that mode by himself.
 
     Args:
         vehicle: its facts, kept up to date by the caller.

@@ -21,7 +21,7 @@ from advise_ros.recording.storage import open_source
 NS = 1_000_000_000
 MAP_FRAME = 'map'
 # ArduPilot's DDS sends positions east-north-up from its origin and calls their frame so all the same.
-ARDUPILOT_POSE, ARDUPILOT_FRAME = '/ap/pose/filtered', 'base_link'
+ARDUPILOT_POSES, ARDUPILOT_FRAME = ('ap/pose/filtered', 'ap/v1/pose/filtered'), 'base_link'
 POSE_TYPES = (
     'geometry_msgs/msg/PoseStamped', 'nav_msgs/msg/Odometry', 'geometry_msgs/msg/PoseWithCovarianceStamped', *px4.TYPES,
 )
@@ -42,7 +42,7 @@ class BagTopics(NamedTuple):
     """
 
     pose: tuple[str, ...] = (
-        '/pose', 'local_position/pose', 'pose', 'local_position/odom', 'odom', 'ap/pose/filtered', *px4.TOPICS,
+        '/pose', 'local_position/pose', 'pose', 'local_position/odom', 'odom', *ARDUPILOT_POSES, *px4.TOPICS,
     )
     command: str = 'cmd_vel'
     status: str = 'vehicle_status'
@@ -149,7 +149,7 @@ class _Stretch:
             self.problem = '' if self._px4 else f'the bag does not tell where {channel.type_name} has its stamp and position'
         self.strings = STRINGS.get(channel.type_name, 0)
         self.frames = frozenset((MAP_FRAME,))
-        if channel.topic.endswith(ARDUPILOT_POSE):
+        if channel.topic.endswith(tuple(f'/{name}' for name in ARDUPILOT_POSES)):
             self.frames |= {ARDUPILOT_FRAME}
         self.others: Counter[str] = Counter()
         self.unfit = 0

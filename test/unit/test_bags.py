@@ -214,8 +214,9 @@ def test_positions_of_mavros_and_of_ardupilots_dds_are_found(tmp_path: Path) -> 
     mavros = [('/mavros/local_position/pose', pose(int(s), p), int(s)) for s, p in stamped]
     other = [('/mavros/vision_pose/pose', pose(int(s), (0, 0, 0)), int(s)) for s, _ in stamped]
     assert (read_bag(bag(tmp_path / 'mavros', [*mavros, *other])).poses[1] == FLOWN.poses[1]).all()
-    dds = [('/ap/pose/filtered', pose(int(s), p, 'base_link'), int(s)) for s, p in stamped]
-    assert (read_bag(bag(tmp_path / 'dds', dds)).poses[1] == FLOWN.poses[1]).all()
+    for prefix in ('ap', 'ap/v1'):
+        dds = [(f'/{prefix}/pose/filtered', pose(int(s), p, 'base_link'), int(s)) for s, p in stamped]
+        assert (read_bag(bag(tmp_path / prefix, dds)).poses[1] == FLOWN.poses[1]).all()
 
 
 def test_names_of_frames_may_differ_in_length_within_a_topic(tmp_path: Path) -> None:
