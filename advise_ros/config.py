@@ -173,8 +173,9 @@ class AdviseConfig:
         'occupancy', 'what is asked about next: (paper) the highest U_c; where the policy flies and is unsure (occupancy), '
         'is not explained by the reward (unexplained), or demonstrations disagree (disagreement); mixed: occupancy, then '
         'paper; gain: the clusters, finer ones and single states whose answer is expected to put most right, '
-        'and as occupancy where moves are fewer than 5 a state',
-        choices=('paper', 'occupancy', 'unexplained', 'mixed', 'disagreement', 'random', 'gain'),
+        'and as occupancy where moves are fewer than 5 a state; belief: as gain, and the most likely right action is imitated '
+        'instead of the most frequent one',
+        choices=('paper', 'occupancy', 'unexplained', 'mixed', 'disagreement', 'random', 'gain', 'belief'),
     )
     confirm: bool = param(
         True, 'ask once more after an answer that hardly any demonstration bears out; what is said most often holds',

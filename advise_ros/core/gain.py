@@ -17,10 +17,10 @@ from advise_ros.core.advice import AdviceRecord, active
 from advise_ros.core.belief import log_beliefs, shares
 from advise_ros.core.contradictions import preferences
 from advise_ros.core.numerics import Floats, Ints, first_best
-from advise_ros.core.trust import narrowed
 
-# The name of this way to ask among the acquisitions.
-GAIN = 'gain'
+# The names of this way to ask among the acquisitions; 'belief' also imitates what is believed (`core/imitation.py`).
+GAIN, BELIEF = 'gain', 'belief'
+BY_WORTH = (GAIN, BELIEF)
 # Beliefs take so many moves a state, on average; with fewer, questions go where the policy does.
 MOVES = 5.0
 WITHOUT_BELIEFS = 'occupancy'
@@ -113,7 +113,7 @@ def askable(partitions: Sequence[Ints]) -> list[Ints]:
 def in_effect(acquisition: str, visits: Ints) -> str:
     """The acquisition that decides, where the states in which one acts have been visited so often (m,)."""
     few = visits.sum() < MOVES * len(visits)
-    return WITHOUT_BELIEFS if acquisition == GAIN and few else acquisition
+    return WITHOUT_BELIEFS if acquisition in BY_WORTH and few else acquisition
 
 
 class Worth(NamedTuple):
@@ -139,17 +139,21 @@ class Known(NamedTuple):
 
     Attributes:
         taken: (n, n_actions) demonstrated actions.
+        favourite: (n,) the actions that are imitated, -1 where none is.
         greedy: (n,) the policy's actions.
         occupancy: (n,) visits that it is expected to pay.
         log: everything that was said.
         held: the answers that hold.
+        advice: in the states where they stand in the place of what is imitated.
     """
 
     taken: Ints
+    favourite: Ints
     greedy: Ints
     occupancy: Floats
     log: tuple[AdviceRecord, ...]
     held: tuple[AdviceRecord, ...]
+    advice: tuple[AdviceRecord, ...]
 
 
 def worth(partitions: Sequence[Ints], known: Known) -> Worth:
@@ -170,9 +174,8 @@ def worth(partitions: Sequence[Ints], known: Known) -> Worth:
 
 def _standing(known: Known) -> Ints:
     """(n,) what is to be done as far as anyone said or showed it, and what the policy does elsewhere."""
-    shown = known.taken.any(axis=1)
-    current = np.where(shown, known.taken.argmax(axis=1), known.greedy)
-    for state, preference in preferences(narrowed(known.held)).items():
+    current = np.where(known.favourite >= 0, known.favourite, known.greedy)
+    for state, preference in preferences(known.advice).items():
         current[state] = preference.preferred[0]
     return current
 

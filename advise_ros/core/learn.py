@@ -14,15 +14,16 @@ from advise_ros.core.counts import count
 from advise_ros.core.demonstration import Demonstration, standing
 from advise_ros.core.digest import digest, evidence, map_of
 from advise_ros.core.errors import InputError
-from advise_ros.core.gain import GAIN, in_effect
+from advise_ros.core.gain import in_effect
 from advise_ros.core.grid import Grid
+from advise_ros.core.imitation import imitated
 from advise_ros.core.infer import Inferred, infer
 from advise_ros.core.learn_settings import LearnSettings
 from advise_ros.core.local_program import Solved, is_large
 from advise_ros.core.mdp import mdp_of, occurring
 from advise_ros.core.numerics import Floats, Ints
 from advise_ros.core.queries import Numbering, Situation, drawn, mixed, next_query
-from advise_ros.core.trust import agreed, narrowed
+from advise_ros.core.trust import agreed
 from advise_ros.core.uncertainty import uncertainty
 
 __all__ = ['LearnSettings', 'Learned', 'learn']
@@ -128,9 +129,8 @@ def learn(  # noqa: PLR0913 - evidence and numbering of a session
     if settings.confirm and settings.slack_cost > 0:
         advice = agreed(advice, counts.taken)
     asks = replace(settings, acquisition=in_effect(settings.acquisition, counts.visits[occurring(grid)]))
-    if asks.acquisition == GAIN:
-        advice = narrowed(advice)
-    inferred = infer(mdp, counts.favourite(), advice, settings, earlier)
+    favourite, advice = imitated(asks.acquisition, counts, advice)
+    inferred = infer(mdp, favourite, advice, settings, earlier)
     unsure = uncertainty(demonstrated, inferred.probabilities, settings.w_p)
     clusters = cluster_states(grid, counts, settings)
     clusters = split(grid, clusters, mixed(log), settings.seed, drawn(log))

@@ -11,8 +11,9 @@ from advise_ros.core.advice import AdviceRecord, Query, Verdict, active
 from advise_ros.core.clusters import finer_clusters
 from advise_ros.core.contradictions import advice_in
 from advise_ros.core.counts import Counts
-from advise_ros.core.gain import GAIN, Known, Worth, worth
+from advise_ros.core.gain import BY_WORTH, Known, Worth, worth
 from advise_ros.core.grid import Grid
+from advise_ros.core.imitation import imitated
 from advise_ros.core.infer import Inferred
 from advise_ros.core.learn_settings import LearnSettings
 from advise_ros.core.mdp import Mdp, occupancy
@@ -49,8 +50,8 @@ class Asking(NamedTuple):
     Attributes:
         query: the question, None when the budget is spent, no cluster is open or there is enough advice.
         doubt_left: what the open cluster is worth that is worth most: how much the demonstrations contradict one
-            another where the policy goes, a visit [nat^2]; with the acquisition 'gain' the share of the policy's visits
-            that the best question is expected to put right.
+            another where the policy goes, a visit [nat^2]; with the acquisitions 'gain' and 'belief' the share of the
+            policy's visits that the best question is expected to put right.
         enough: it is worth less than the settings' `enough`.
     """
 
@@ -80,7 +81,7 @@ class _Prospect(NamedTuple):
 
 
 def _prospect(situation: Situation, log: tuple[AdviceRecord, ...]) -> _Prospect:
-    if situation.settings.acquisition == GAIN:
+    if situation.settings.acquisition in BY_WORTH:
         found = _worth(situation, log)
         return _Prospect(found.best(), found.most)
     ranking = _ranking(situation, log)
@@ -96,7 +97,10 @@ def _worth(situation: Situation, log: tuple[AdviceRecord, ...]) -> Worth:
     if situation.settings.confirm and situation.settings.slack_cost > 0:
         held = agreed(held, counts.taken)
     partitions = [situation.clusters, *finer_clusters(situation.grid, counts, situation.settings)]
-    return worth(partitions, Known(counts.taken, situation.inferred.greedy, _visits(situation), log, held))
+    favourite, advice = imitated(situation.settings.acquisition, counts, held)
+    return worth(partitions, Known(
+        counts.taken, favourite, situation.inferred.greedy, _visits(situation), log, held, advice,
+    ))
 
 
 def _doubt_left(ranking: Ranking, candidates: Bools) -> float:

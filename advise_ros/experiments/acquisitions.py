@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from advise_ros.core.gain import GAIN
+from advise_ros.core.gain import BY_WORTH
 from advise_ros.core.numerics import Floats
 from advise_ros.domains.domain import Domain
 from advise_ros.experiments.figures import Trials
@@ -28,7 +28,8 @@ AS_GOOD, ON_TIME = 0.01, 2
 IDEAL = Variant('ideal', clustering='ideal', acquisition='disagreement', temperature=0.1)
 PAPER = Variant('paper')
 GAINS = Variant('gain', acquisition='gain', temperature=0.1, confirm=True)
-VARIANTS = (IDEAL, PAPER, GAINS)
+BELIEFS = Variant('belief', acquisition='belief', temperature=0.1, confirm=True)
+VARIANTS = (IDEAL, PAPER, GAINS, BELIEFS)
 
 
 class Row(NamedTuple):
@@ -113,7 +114,7 @@ def _best_stop(curve: Floats) -> int:
 
 def _stops(doubts: Sequence[float], variant: Variant) -> int:
     """Questions after which the rule stops."""
-    low = np.array(doubts) < (ENOUGH_GAIN if variant.acquisition == GAIN else ENOUGH)
+    low = np.array(doubts) < (ENOUGH_GAIN if variant.acquisition in BY_WORTH else ENOUGH)
     return int(low.argmax()) if low.any() else len(doubts) - 1
 
 

@@ -11,14 +11,15 @@ import numpy as np
 from advise_ros.core.acquisition import Ranking, cluster_uncertainty, doubt, select, unexplained
 from advise_ros.core.advice import AdviceRecord, Verdict
 from advise_ros.core.contradictions import advice_in, preferences
-from advise_ros.core.gain import GAIN, Known, Worth, in_effect, worth
+from advise_ros.core.gain import BELIEF, BY_WORTH, Known, Worth, in_effect, worth
+from advise_ros.core.imitation import imitated
 from advise_ros.core.mdp import boltzmann, greedy, occupancy
 from advise_ros.core.numerics import Bools, Floats, Ints
-from advise_ros.core.program import Preference
-from advise_ros.core.trust import agreed, narrowed, unconfirmed
+from advise_ros.core.program import Evidence
+from advise_ros.core.trust import agreed, unconfirmed
 from advise_ros.core.uncertainty import sources, uncertainty
 from advise_ros.domains.people import advise
-from advise_ros.experiments.learner import Fitted, fit
+from advise_ros.experiments.learner import Fitted, fit, fit_to
 from advise_ros.experiments.method import Method, Protocol
 from advise_ros.experiments.trial import DECIMALS, Shown, show
 
@@ -78,6 +79,8 @@ class _Stand(NamedTuple):
 def _interview(shown: Shown, variant: Variant, first: Fitted) -> Interview:
     visits = shown.counts.visits[shown.domain.acting]
     variant = replace(variant, acquisition=in_effect(variant.acquisition, visits))
+    if variant.acquisition == BELIEF:
+        first = _fitted(shown, variant, (), first)
     stands = list(_stands(shown, variant, first))
     performance = [round(stand.fitted.performance, DECIMALS) for stand in stands]
     doubts = [round(stand.doubt_left, DECIMALS) for stand in stands]
@@ -99,8 +102,7 @@ def _stands(shown: Shown, variant: Variant, fitted: Fitted) -> Iterator[_Stand]:
             return
         asked[labels[states[0]]] = True
         log += (_answer(shown, states, number, expert),)
-        advice = _preferences(variant, _held(shown, variant, log))
-        fitted = fit(shown.domain, shown.protocol, shown.counts, advice, fitted.solution)
+        fitted = _fitted(shown, variant, log, fitted)
 
 
 def _ranking(
@@ -124,12 +126,13 @@ def _ranking(
 def _worth(
     shown: Shown, variant: Variant, ranking: Ranking, known: tuple[Fitted, tuple[AdviceRecord, ...]],
 ) -> Worth | None:
-    if variant.acquisition != GAIN:
+    if variant.acquisition not in BY_WORTH:
         return None
     fitted, log = known
     held = _held(shown, variant, log)
-    taken = shown.counts.taken
-    return worth(shown.partitions(variant), Known(taken, greedy(fitted.q), ranking.occupancy, log, held))
+    favourite, advice = imitated(variant.acquisition, shown.counts, held)
+    so_far = Known(shown.counts.taken, favourite, greedy(fitted.q), ranking.occupancy, log, held, advice)
+    return worth(shown.partitions(variant), so_far)
 
 
 def _states(shown: Shown, variant: Variant, stand: _Stand, log: tuple[AdviceRecord, ...]) -> Ints | None:
@@ -150,8 +153,9 @@ def _answer(shown: Shown, states: Ints, number: int, expert: np.random.Generator
     return AdviceRecord(number, number, tuple(states.tolist()), preferred, avoided, verdict)
 
 
-def _preferences(variant: Variant, held: tuple[AdviceRecord, ...]) -> dict[int, Preference]:
-    return preferences(narrowed(held) if variant.acquisition == GAIN else held)
+def _fitted(shown: Shown, variant: Variant, log: tuple[AdviceRecord, ...], near: Fitted) -> Fitted:
+    favourite, advice = imitated(variant.acquisition, shown.counts, _held(shown, variant, log))
+    return fit_to(shown.domain, shown.protocol, Evidence(favourite, preferences(advice)), near.solution)
 
 
 def _held(shown: Shown, variant: Variant, log: tuple[AdviceRecord, ...]) -> tuple[AdviceRecord, ...]:

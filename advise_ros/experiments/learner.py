@@ -38,7 +38,12 @@ def fit(
     domain: Domain, protocol: Protocol, counts: Counts, advice: dict[int, Preference], near: Solution | None = None
 ) -> Fitted:
     """IRL of algorithm 1 and the performance of what it learnt."""
-    problem = pose(domain.mdp, Evidence(counts.favourite(), advice), protocol.terms)
+    return fit_to(domain, protocol, Evidence(counts.favourite(), advice), near)
+
+
+def fit_to(domain: Domain, protocol: Protocol, evidence: Evidence, near: Solution | None = None) -> Fitted:
+    """The same from any evidence."""
+    problem = pose(domain.mdp, evidence, protocol.terms)
     solution = optimum(problem, protocol.solver, near)
     q = plan(domain.mdp, solution.reward, solution.value).q
     return Fitted(q, boltzmann(q, protocol.temperature), domain.performance(split_ties(is_best(q))), solution)

@@ -7,8 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from advise_ros.core.advice import Verdict
+from advise_ros.core.advice import AdviceRecord, Verdict
 from advise_ros.core.belief import log_beliefs, shares
+from advise_ros.core.counts import Counts
 from advise_ros.core.gain import MOVES, Known, common, heard, in_effect, worth
 from advise_ros.core.learn import LearnSettings, learn
 from advise_ros.core.numerics import Ints
@@ -34,9 +35,10 @@ def often(settings: LearnSettings) -> Session:
     return session
 
 
-def _known(*answers: object, taken: Ints = TAKEN) -> Known:
-    said = tuple(answers)
-    return Known(taken, np.zeros(len(taken), dtype=np.int64), np.ones(len(taken)), said, said)  # type: ignore[arg-type]
+def _known(*answers: AdviceRecord, taken: Ints = TAKEN) -> Known:
+    favourite = Counts(taken).favourite()
+    greedy, visits = np.zeros(len(taken), dtype=np.int64), np.ones(len(taken))
+    return Known(taken, favourite, greedy, visits, answers, answers, narrowed(answers))
 
 
 def test_who_hardly_slips_is_believed_and_who_contradicts_himself_is_not() -> None:
