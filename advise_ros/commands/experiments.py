@@ -16,9 +16,17 @@ from advise_ros.core.solve import AUTO, SOLVERS
 from advise_ros.domains import DOMAINS
 from advise_ros.exits import INTERRUPTED, OK, VERDICT_NO, fail
 from advise_ros.experiments import runner
-from advise_ros.experiments.experiment import EXPERIMENTS, Request, fulfil
+from advise_ros.experiments.experiment import EXPERIMENTS, TRIALS, Request, fulfil
 from advise_ros.experiments.method import METHODS
-from advise_ros.experiments.problem_file import OPTIONS, READINGS, learn, read_problem, recorded_problem, write_result
+from advise_ros.experiments.problem_file import (
+    OPTIONS,
+    READINGS,
+    Learned,
+    learn,
+    read_problem,
+    recorded_problem,
+    write_result,
+)
 from advise_ros.experiments.protocols import FINAL_SEED
 
 EPILOG = """examples:
@@ -32,6 +40,47 @@ EPILOG = """examples:
 Next: look at the pictures in OUT; docs/paper.md tells what the paper has in their places.
 Results are kept trial by trial in OUT/trials.jsonl: after an interruption the same command goes on.
 exit code: 0 done; 1 learn: no reward satisfies strict advice; 2 wrong usage or input; 130 interrupted"""
+EXAMPLES = {
+    'figure5': """examples:
+  ./advise experiments figure5 --domain wumpus sailing --trials 10 --jobs 2
+  ./advise experiments figure5 --domain traffic --method clustered single
+  ./advise experiments figure5 --domain mine.npz --out out/mine
+
+A cluster: ./advise python -m distributed.cli.dask_scheduler, and on each machine
+./advise python -m distributed.cli.dask_worker tcp://HOST:8786 --nthreads 1; then --dask tcp://HOST:8786.""",
+    'figure6': """examples:
+  ./advise experiments figure6 --domain sailing --trials 20
+  ./advise experiments figure6 --jobs 2 --out out/paper""",
+    'clusters': """examples:
+  ./advise experiments clusters --domain sailing
+  ./advise experiments clusters --trials 20 --out out/paper""",
+    'acquisitions': """examples:
+  ./advise experiments acquisitions --domain wumpus --trials 10 --seed 30000""",
+    'all': """examples:
+  ./advise experiments all --jobs 2 --out out/paper
+  ./advise experiments all --domain wumpus mine.npz --trials 10
+
+What has no place in figure 6 is left out there: domains without goals, or with one best action everywhere.""",
+    'learn': """examples:
+  ./advise experiments learn --problem p.npz --out r.npz
+  ./advise experiments learn --problem p.npz --out r.npz --reading R1 --slack-cost 1000
+  ./advise experiments learn --dataset season --out r.npz --xi-cap 0.1
+
+docs/paper.md lists the fields of both files.
+exit code: 0 solved; 1 no reward satisfies strict advice; 2 wrong usage or input""",
+}
+MOST_NAMED = 20
+FIGURES_EXIT = """
+exit code: 0 done; 2 wrong usage or input; 130 interrupted (the same command goes on)"""
+OPTION_HELP = {
+    'lambda_t': 'weight of the demonstrations (default 1000)',
+    'lambda_a': 'weight of the advice (default 500)',
+    'r_max': 'largest reward (default 1)',
+    'xi_cap': 'largest margin that is paid for, 0: no cap (default 0.2; R1 and R2: 0)',
+    'delta': 'least margin of advice (default 0.1)',
+    'slack_cost': 'price of advice that is not met, 0: advice is strict (default 1000; R1: 0)',
+    'temperature': 'of the Boltzmann policy (default 1)',
+}
 
 
 def main(argv: Sequence[str] | None = None) -> None:
@@ -62,7 +111,7 @@ def _figures(options: argparse.Namespace) -> int:
         TextColumn('{task.description}'), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), TimeRemainingColumn()
     )
     with Progress(*columns, console=console, disable=not console.is_terminal) as bar:
-        written = fulfil(options.experiments, request, _performer(options), _progress(bar))
+        written = fulfil(options.experiments, request, _performer(options), _progress(bar), _note)
     for path in written:
         print(path, flush=True)
     return OK
@@ -75,7 +124,21 @@ def _learn(options: argparse.Namespace) -> int:
     learned = learn(given, options.solver)
     write_result(options.out, learned)
     print(f'{learned.status}, objective {learned.objective:.9g}, {learned.seconds:.3f} s: {options.out}', flush=True)
+    if len(learned.contradictory):
+        print(_conflict(learned), file=sys.stderr, flush=True)
     return OK if learned.status != 'infeasible' else VERDICT_NO
+
+
+def _conflict(learned: Learned) -> str:
+    rows = learned.contradictory.tolist()
+    named = f'{", ".join(map(str, rows[:MOST_NAMED]))}{", ..." if len(rows) > MOST_NAMED else ""}'
+    who = f'rows {named} of the advice cannot all hold' if len(rows) > 1 else f'row {named} of the advice cannot hold'
+    remedy = 'drop one, or set slack_cost above 0' if learned.status == 'infeasible' else 'field slack tells what it costs'
+    return f'{who} (rows count from 0); {remedy}'
+
+
+def _note(sentence: str) -> None:
+    print(f'left out: {sentence}', file=sys.stderr, flush=True)
 
 
 def _progress(bar: Progress) -> Callable[[str, int, int], None]:
@@ -103,21 +166,32 @@ def _parser() -> argparse.ArgumentParser:
     about = {name: (experiment.about, (name,)) for name, experiment in EXPERIMENTS.items()}
     about['all'] = ('all figures of the paper', tuple(name for name, one in EXPERIMENTS.items() if one.in_all))
     for name, (description, experiments) in about.items():
-        _figure_options(commands.add_parser(name, help=description, description=description), experiments)
-    _learn_options(commands.add_parser('learn', help='solve equation (1) for a problem of your own (docs/paper.md)'))
+        _figure_options(_command(commands, name, description, FIGURES_EXIT), experiments)
+    _learn_options(_command(commands, 'learn', 'equation (1) for a problem of your own (docs/paper.md)'))
     return parser
 
 
+def _command(commands: Any, name: str, about: str, exits: str = '') -> argparse.ArgumentParser:
+    made: argparse.ArgumentParser = commands.add_parser(
+        name, help=about, description=about, epilog=EXAMPLES[name] + exits,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    return made
+
+
 def _figure_options(parser: argparse.ArgumentParser, experiments: tuple[str, ...]) -> None:
-    parser.set_defaults(run=_figures, experiments=experiments)
+    parser.set_defaults(run=_figures, experiments=experiments, method=None)
     parser.add_argument(
         '--domain', nargs='+', action='extend', metavar='NAME',
-        help=f'{", ".join(DOMAINS)} (default: all), an .npz file with your own process, or a dataset (docs/paper.md)',
+        help=f'{", ".join(DOMAINS)} (default: all that suit), an .npz file with your own process, or a dataset (docs/paper.md)',
     )
-    parser.add_argument(
-        '--method', nargs='+', action='extend', choices=METHODS, metavar='NAME', help=f'{", ".join(METHODS)} (default: all)',
-    )
-    parser.add_argument('--trials', type=_positive, metavar='N', help='default 100; 250 for cluster quality in Sailing')
+    if 'figure5' in experiments:
+        parser.add_argument(
+            '--method', nargs='+', action='extend', choices=METHODS, metavar='NAME',
+            help=f'of figure 5: {", ".join(METHODS)} (default: all)',
+        )
+    sailing = '; 250 for cluster quality in Sailing' if 'clusters' in experiments else ''
+    parser.add_argument('--trials', type=_positive, metavar='N', help=f'default {TRIALS}{sailing}')
     parser.add_argument('--seed', type=_natural, default=FINAL_SEED, metavar='N', help='of the first trial (default %(default)s)')
     parser.add_argument('--out', default='out/experiments', metavar='DIR', help='default %(default)s')
     parser.add_argument('--jobs', type=_positive, default=1, metavar='N', help='processes on this machine (default 1)')
@@ -132,9 +206,11 @@ def _learn_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('--out', required=True, metavar='FILE', help='.npz: reward, value, q, policy, margins, status')
     parser.add_argument('--solver', default=AUTO, choices=(AUTO, *SOLVERS), help='default %(default)s')
     options = parser.add_argument_group('options (instead of the fields of the same names in the file)')
-    options.add_argument('--reading', metavar='R', help=f'{", ".join(READINGS)} (default R3)')
-    for name in OPTIONS[1:]:
-        options.add_argument('--' + name.replace('_', '-'), type=float, metavar='N')
+    options.add_argument(
+        '--reading', metavar='R', help=f'{", ".join(READINGS)} (default R3): as printed; advice replaces a*; that, capped',
+    )
+    for name, about in OPTION_HELP.items():
+        options.add_argument('--' + name.replace('_', '-'), type=float, metavar='N', help=about)
 
 
 def _positive(text: str) -> int:

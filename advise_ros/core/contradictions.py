@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from itertools import combinations
 
 from advise_ros.core.advice import AdviceRecord, Verdict, active
 from advise_ros.core.program import Preference
@@ -16,15 +17,10 @@ def advice_in(log: tuple[AdviceRecord, ...]) -> tuple[AdviceRecord, ...]:
 def preferences(records: Iterable[AdviceRecord]) -> dict[int, Preference]:
     """What the records say about each state that they cover, in any order of the records."""
     said = tuple(records)
-    covering: dict[int, list[int]] = {}
-    for number, record in enumerate(said):
-        for state in record.states:
-            covering.setdefault(state, []).append(number)
-    together: dict[tuple[int, ...], Preference] = {}  # Many states, few different sets of records.
-    for numbers in map(tuple, covering.values()):
-        if numbers not in together:
-            together[numbers] = _together([said[number] for number in numbers])
-    return {state: together[tuple(covering[state])] for state in sorted(covering)}
+    covering = _covering(said)
+    # Many states, few different sets of records.
+    together = {numbers: _together([said[number] for number in numbers]) for numbers in set(covering.values())}
+    return {state: together[covering[state]] for state in sorted(covering)}
 
 
 def _together(records: list[AdviceRecord]) -> Preference:
@@ -46,10 +42,18 @@ def against(answer: AdviceRecord, records: Iterable[AdviceRecord]) -> tuple[int,
 
 def among(records: tuple[AdviceRecord, ...]) -> tuple[int, ...]:
     """Advice ids of all records that another one opposes in a state that they share, ascending."""
-    asked = [set(record.states) for record in records]
     found: set[int] = set()
-    for number, record in enumerate(records):
-        for earlier in range(number):
-            if opposed(record, records[earlier]) and not asked[number].isdisjoint(asked[earlier]):
-                found |= {record.advice_id, records[earlier].advice_id}
+    for numbers in set(_covering(records).values()):
+        for one, other in combinations((records[number] for number in numbers), 2):
+            if opposed(one, other):
+                found |= {one.advice_id, other.advice_id}
     return tuple(sorted(found))
+
+
+def _covering(records: tuple[AdviceRecord, ...]) -> dict[int, tuple[int, ...]]:
+    """Which records, by number and ascending, speak about each state."""
+    covering: dict[int, list[int]] = {}
+    for number, record in enumerate(records):
+        for state in record.states:
+            covering.setdefault(state, []).append(number)
+    return {state: tuple(numbers) for state, numbers in covering.items()}

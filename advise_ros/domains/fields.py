@@ -43,7 +43,8 @@ class Fields(NamedTuple):
             raise self.wrong(name, 'is missing')
         found = self.arrays[name]
         if found.ndim != dimensions:
-            raise self.wrong(name, f'has shape {found.shape}; it needs {dimensions} dimension{"s" * (dimensions != 1)}')
+            needed = f'{dimensions} dimension{"s" * (dimensions != 1)}' if dimensions else 'to be a single value'
+            raise self.wrong(name, f'has shape {found.shape}; it needs {needed}')
         if found.dtype.kind not in kinds and found.size:
             wanted = {'iu': 'whole numbers', 'iuf': 'numbers', 'biu': 'true or false', 'U': 'text'}[kinds]
             raise self.wrong(name, f'holds {found.dtype}; it needs {wanted}')
@@ -74,11 +75,11 @@ class Fields(NamedTuple):
 
     def indices(self, name: str, end: int) -> Ints:
         """(k,) whole numbers from 0 to below `end`."""
-        found = self.array(name, 1, 'iu').astype(np.int64)
+        found = self.array(name, 1, 'iu')
         if len(found) and not 0 <= found.min() <= found.max() < end:
             bad = found[(found < 0) | (found >= end)][0]
             raise self.wrong(name, f'holds {bad}; allowed is 0 to {end - 1}')
-        return found
+        return found.astype(np.int64)
 
     def floats(self, name: str) -> Floats:
         """(k,) finite numbers."""
@@ -124,7 +125,9 @@ def read_fields(path: str | Path) -> Fields:
             try:
                 fields.arrays[name] = loaded[name]
             except (OSError, ValueError, EOFError, BadZipFile) as problem:
-                raise fields.wrong(name, f'cannot be read: {problem}') from problem
+                reason = 'holds Python objects; save numbers, true and false, or text' if 'pickle' in str(problem) else \
+                    f'cannot be read: {problem}'
+                raise fields.wrong(name, reason) from problem
     return fields
 
 

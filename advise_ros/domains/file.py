@@ -14,7 +14,7 @@ import numpy as np
 
 from advise_ros.core.mdp import Mdp
 from advise_ros.core.numerics import Bools, Floats
-from advise_ros.domains.domain import Domain, Measure, uniform_over
+from advise_ros.domains.domain import DISTRIBUTION_TOLERANCE, Domain, Measure, uniform_over
 from advise_ros.domains.fields import PROCESS, Fields, read_fields, read_process
 
 FIELDS = (*PROCESS, 'reward', 'goal', 'start', 'horizon', 'features')
@@ -62,7 +62,9 @@ def _of_states(fields: Fields, name: str, n_states: int) -> Floats:
     found = fields.floats(name)
     if len(found) != n_states:
         raise fields.wrong(name, f'has {len(found)} entries; it needs one a state, {n_states}')
-    if name == 'start' and ((found < 0).any() or abs(float(found.sum()) - 1.0) > 1e-6):
+    if name == 'start' and (found < 0).any():
+        raise fields.wrong(name, f'holds {found.min():g}; it must be a distribution')
+    if name == 'start' and abs(float(found.sum()) - 1.0) > DISTRIBUTION_TOLERANCE:
         raise fields.wrong(name, f'sums to {found.sum():g}; it must be a distribution')
     return found
 
@@ -71,8 +73,10 @@ def _features(fields: Fields, n_states: int) -> Floats:
     if 'features' not in fields:
         return np.zeros((n_states, 0))
     found = fields.array('features', 2, 'iuf').astype(np.float64)
-    if len(found) != n_states or not np.isfinite(found).all():
-        raise fields.wrong('features', f'has shape {found.shape}; it needs a row of finite numbers a state, {n_states}')
+    if len(found) != n_states:
+        raise fields.wrong('features', f'has shape {found.shape}; it needs a row a state, {n_states}')
+    if not np.isfinite(found).all():
+        raise fields.wrong('features', f'holds {found[~np.isfinite(found)][0]}; it needs finite numbers')
     return found
 
 

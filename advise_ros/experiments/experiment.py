@@ -8,10 +8,11 @@ from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import numpy as np
 from matplotlib.figure import Figure
 
 from advise_ros.core.errors import InputError
-from advise_ros.domains.domain import Domain
+from advise_ros.domains.domain import Domain, Measure
 from advise_ros.experiments import acquisitions, figures, plots
 from advise_ros.experiments.figures import Row5, Row6, Slope, Trials
 from advise_ros.experiments.interview import with_errors
@@ -25,6 +26,7 @@ TRIALS = 100
 # The paper took 250 for the quality of Sailing's clusters.
 QUALITY_TRIALS = {'sailing': 250}
 Progress = Callable[[str, int, int], None]
+Tell = Callable[[str], None]
 
 
 class Request(NamedTuple):
@@ -62,7 +64,7 @@ class Bench(NamedTuple):
         run(figures.tasks(kind, protocol, methods, trials), self.store, self.performer, partial(self.progress, title))
 
 
-def fulfil(names: Sequence[str], request: Request, performer: Performer, progress: Progress) -> list[Path]:
+def fulfil(names: Sequence[str], request: Request, performer: Performer, progress: Progress, tell: Tell) -> list[Path]:
     """Run what is missing and write the figures; returns the files.
 
     Args:
@@ -70,21 +72,57 @@ def fulfil(names: Sequence[str], request: Request, performer: Performer, progres
         request: what is asked for.
         performer: where trials run.
         progress: told title, trials done and trials in all.
+        tell: told which domain is left out of which of several experiments, and why.
 
     Raises:
-        InputError: a domain or the cluster is unknown, or the directory cannot be written.
+        InputError: a domain or the cluster is unknown, a domain suits none of the experiments, or the directory cannot
+            be written.
     """
+    suited = list(_suited(names, request, tell))  # What is wrong is told before hours of trials, not after them.
     with Store(request.out / 'trials.jsonl') as store, plots.in_style():
         bench = Bench(store, performer, progress)
-        return [path for name in names for path in EXPERIMENTS[name].run(request, bench)]
+        return [path for name, fitting in suited for path in EXPERIMENTS[name].run(fitting, bench)]
+
+
+def _suited(names: Sequence[str], request: Request, tell: Tell) -> Iterator[tuple[str, Request]]:
+    """Each experiment with the domains that suit it."""
+    wanted = list(dict.fromkeys(request.domains or ()))
+    domains = {one: domain for one, domain, _ in request._replace(domains=tuple(wanted)).in_domains(())}
+    _check_names(domains)
+    for name in names:
+        unfit = {one: reason for one, domain in domains.items() if (reason := EXPERIMENTS[name].unfit(domain))}
+        for reason in unfit.values():
+            if len(names) == 1:
+                raise InputError(reason)
+            tell(reason)
+        if not wanted or len(unfit) < len(wanted):
+            yield name, request._replace(domains=tuple(one for one in wanted if one not in unfit) or None)
+
+
+def _check_names(domains: dict[str, Domain]) -> None:
+    for one, domain in domains.items():
+        if other := next((other for other in domains if other != one and domains[other].name == domain.name), None):
+            raise InputError(f"domains {other} and {one} would both be '{domain.name}' in the figures; rename one")
+
+
+def _anything(_: Domain) -> str:
+    return ''
 
 
 class Experiment(NamedTuple):
-    """One subcommand."""
+    """One subcommand.
+
+    Attributes:
+        about: what it shows.
+        run: runs the trials that are missing and writes the files.
+        in_all: whether `all` has it.
+        unfit: why a domain has no place in it, '' where it has.
+    """
 
     about: str
     run: Callable[[Request, Bench], list[Path]]
     in_all: bool = True
+    unfit: Callable[[Domain], str] = _anything
 
 
 PAPERS = ('wumpus', 'sailing', 'traffic', 'drone')
@@ -110,14 +148,22 @@ def _figure6(request: Request, bench: Bench) -> list[Path]:
     rows: list[Row6] = []
     slopes: list[Slope] = []
     for _, domain, protocol in request.in_domains(('wumpus', 'sailing', 'drone')):
-        if not domain.measure.higher_is_better:
-            raise InputError(f"figure 6 is relative to a share of goals reached; domain '{domain.name}' measures waits")
         bench.run(f'figure 6, {domain.name}', 'curves', protocol, figures.FIGURE6_METHODS, trials)
         points, slope = figures.figure6_rows(bench.store, domain.name, protocol, trials)
         rows += points
         slopes.append(slope)
     content = {'rows': [row._asdict() for row in rows], 'slopes': [slope._asdict() for slope in slopes]}
     return _write(request.out / 'figure6', content, plots.figure6(rows))
+
+
+def _unfit_for_figure6(domain: Domain) -> str:
+    if domain.measure is not Measure.GOAL:
+        return f"figure 6 is relative to a share of goals reached; domain '{domain.name}' measures {domain.measure.value}"
+    if len(np.unique(domain.habit[domain.acting])) < 2:
+        return f"figure 6 displaces states into wrong clusters; in domain '{domain.name}' one action is best in all states"
+    if not domain.best_performance:
+        return f"figure 6 is relative to a share of goals reached; in domain '{domain.name}' none can be reached"
+    return ''
 
 
 def _clusters(request: Request, bench: Bench) -> list[Path]:
@@ -160,7 +206,7 @@ def _save(stem: Path, content: Any) -> Path:
 
 EXPERIMENTS = {
     'figure5': Experiment('performance against the number of questions, method by method', _figure5),
-    'figure6': Experiment('performance against the quality of the clusters', _figure6),
+    'figure6': Experiment('performance against the quality of the clusters', _figure6, unfit=_unfit_for_figure6),
     'clusters': Experiment('quality of the clusters that k-means finds', _clusters),
     'acquisitions': Experiment(acquisitions.ABOUT, _acquisitions, in_all=False),
 }

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from advise_ros.core.errors import InputError
 from advise_ros.core.numerics import Floats
 from advise_ros.experiments.method import METHODS, Method, Protocol
 from advise_ros.experiments.statistics import Estimate, estimate
@@ -113,8 +114,14 @@ FIGURE6_METHODS = tuple(perturbed(quality) for quality in QUALITIES)
 
 
 def figure6_rows(store: Store, name: str, protocol: Protocol, trials: Trials) -> tuple[list[Row6], Slope]:
-    """What is left of the ideal clusters' performance when all clusters were asked about, and how steeply it falls."""
+    """What is left of the ideal clusters' performance when all clusters were asked about, and how steeply it falls.
+
+    Raises:
+        InputError: nothing can be relative to ideal clusters that reach no goal.
+    """
     last = np.array([stored(store, 'curves', protocol, method, trials)[:, -1] for method in FIGURE6_METHODS])
+    if not last[0].any():
+        raise InputError(f"ideal clusters never reach the goal of domain '{name}', so nothing can be relative to them")
     relative = last / last[0].mean()
     rows = [Row6(name, quality, *_rounded(estimate(values))) for quality, values in zip(QUALITIES, relative, strict=True)]
     of_trials = np.polyfit(QUALITIES, relative, 1)[0]
@@ -128,7 +135,7 @@ PAPERS_QUALITY = {'wumpus': 94.2, 'sailing': 91.3, 'traffic': 69.58}
 def quality_row(store: Store, name: str, protocol: Protocol, n_actions: int, trials: Trials) -> QualityRow:
     """Of k-means clusters."""
     found = 100.0 * stored(store, 'quality', protocol, CLUSTERED, trials)
-    return QualityRow(name, *_rounded(estimate(found)), PAPERS_QUALITY.get(name), round(100.0 / n_actions, 2))
+    return QualityRow(name, *_rounded(estimate(found)), PAPERS_QUALITY.get(protocol.domain), round(100.0 / n_actions, 2))
 
 
 def _rounded(given: Estimate) -> Estimate:

@@ -11,6 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from advise_ros.core.errors import InputError
+from advise_ros.domains.domain import Measure
 from advise_ros.experiments.figures import QualityRow, Row5, Row6
 
 BLUE = '#0072B2'
@@ -30,11 +31,13 @@ STYLE: Any = {
 }
 PANEL_IN = (3.2, 2.3)
 DOTS_PER_INCH = 200
+# Of an axis in per cent.
+SHARES = (-5.0, 105.0)
 
 
 def title(domain: str) -> str:
-    """A domain's name as a heading."""
-    return {'wumpus': 'Wumpus World'}.get(domain, domain.capitalize())
+    """A domain's name as a heading; a user's stays as it is."""
+    return {'wumpus': 'Wumpus World', 'sailing': 'Sailing', 'traffic': 'Traffic', 'drone': 'Drone'}.get(domain, domain)
 
 
 def figure5(rows: Sequence[Row5], measures: Mapping[str, str]) -> Figure:
@@ -44,8 +47,14 @@ def figure5(rows: Sequence[Row5], measures: Mapping[str, str]) -> Figure:
     for name, axes in zip(domains, panels, strict=True):
         _curves(axes, [row for row in rows if row.domain == name])
         axes.set(title=title(name), xlabel='number of questions', ylabel=measures[name])
+        if measures[name] == Measure.GOAL.value:
+            low, high = axes.get_ylim()  # Intervals of few trials reach far beyond what a share can be.
+            axes.set_ylim(max(low, SHARES[0]), min(high, SHARES[1]))
     handles, labels = _legend(panels)
-    figure.legend(handles, labels, loc='outside lower center', ncols=min(len(labels), 3))
+    figure.legend(
+        handles, labels, loc='outside lower center', ncols=3 if len(panels) > 1 else 2, columnspacing=1.0, handletextpad=0.5,
+        borderpad=0.2,
+    )
     return figure
 
 
@@ -87,7 +96,8 @@ def clusters(rows: Sequence[QualityRow]) -> Figure:
         [row.least for row in rows], [place - 0.3 for place in places], [place + 0.3 for place in places],
         colors='#555555', linestyles=':', label='least possible',
     )
-    axes.set(xticks=list(places), xticklabels=[title(row.domain) for row in rows], ylabel='cluster quality [%]', ylim=(0, 105))
+    names = [title(row.domain).replace(' ', '\n') for row in rows]
+    axes.set(xticks=list(places), xticklabels=names, ylabel='cluster quality [%]', ylim=(0, 105))
     figure.legend(loc='outside lower center', ncols=3)
     return figure
 

@@ -9,6 +9,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from advise_ros.core.advice import AdviceRecord, Verdict
+from advise_ros.core.conflicts import conflicting, slack_states
+from advise_ros.core.contradictions import preferences
 from advise_ros.core.errors import InputError
 from advise_ros.core.mdp import Mdp, boltzmann, greedy, plan
 from advise_ros.core.numerics import Bools, Floats, Ints
@@ -16,7 +19,6 @@ from advise_ros.core.program import (
     Evidence,
     InfeasibleError,
     Pairs,
-    Preference,
     Problem,
     Solution,
     Terms,
@@ -44,10 +46,12 @@ class Given(NamedTuple):
     Attributes:
         problem: as posed.
         temperature: of the Boltzmann policy.
+        advice: what each row says, numbered as in the file.
     """
 
     problem: Problem
     temperature: float
+    advice: tuple[AdviceRecord, ...] = ()
 
 
 class Learned(NamedTuple):
@@ -65,6 +69,7 @@ class Learned(NamedTuple):
         status: 'optimal', or 'infeasible' (then numbers are NaN).
         gap: proven relative distance to the optimum.
         seconds: that solving took.
+        contradictory: (k,) rows of the advice that cannot all hold, ascending; minimal sets where that is affordable.
     """
 
     reward: Floats
@@ -80,6 +85,7 @@ class Learned(NamedTuple):
     status: str
     gap: float
     seconds: float
+    contradictory: Ints
 
 
 def read_problem(path: str | Path, options: Mapping[str, Any]) -> Given:
@@ -96,8 +102,7 @@ def read_problem(path: str | Path, options: Mapping[str, Any]) -> Given:
         fields.indices(name, end) for name, end in zip(DEMONSTRATIONS, (mdp.n_states, mdp.n_actions), strict=True)
     )
     fields.same_length(DEMONSTRATIONS)
-    evidence = Evidence(favourites(mdp.n_states, mdp.n_actions, states, actions), _advice(fields, mdp))
-    return _given(fields, mdp, evidence)
+    return _given(fields, mdp, favourites(mdp.n_states, mdp.n_actions, states, actions), _advice(fields, mdp))
 
 
 def recorded_problem(dataset: str, options: Mapping[str, Any]) -> Given:
@@ -108,11 +113,17 @@ def recorded_problem(dataset: str, options: Mapping[str, Any]) -> Given:
     """
     fields = Fields(dataset, {name: np.array(value) for name, value in options.items() if value is not None})
     mdp, counts = recorded(dataset)
-    return _given(fields, mdp, Evidence(counts.favourite(), {}))
+    return _given(fields, mdp, counts.favourite(), ())
 
 
-def _given(fields: Fields, mdp: Mdp, evidence: Evidence) -> Given:
-    return Given(_posed(mdp, evidence, _terms(fields)), fields.number('temperature', 1e-6, LARGEST, 1.0))
+def _given(fields: Fields, mdp: Mdp, favourite: Ints, advice: tuple[AdviceRecord, ...]) -> Given:
+    terms = _terms(fields)
+    try:
+        problem = _posed(mdp, Evidence(favourite, preferences(advice)), terms)
+    except InputError as unbounded:
+        reason = str(unbounded).replace('margin_cap', 'xi_cap')  # Its name in these files.
+        raise fields.wrong('slack_cost', f'leaves no optimum: {reason}') from unbounded
+    return Given(problem, fields.number('temperature', 1e-6, LARGEST, 1.0), advice)
 
 
 def _terms(fields: Fields) -> Terms:
@@ -130,20 +141,21 @@ def _terms(fields: Fields) -> Terms:
     )
 
 
-def _advice(fields: Fields, mdp: Mdp) -> dict[int, Preference]:
-    """What all rows say about each state together."""
+def _advice(fields: Fields, mdp: Mdp) -> tuple[AdviceRecord, ...]:
+    """What each row says."""
     if not any(name in fields for name in ADVICE):
-        return {}
+        return ()
     states = fields.indices('advice_state', mdp.n_states)
     preferred, avoided = (fields.flags(name, (len(states), mdp.n_actions)) for name in ADVICE[1:])
     _check_sets(fields, preferred, avoided)
-    liked: dict[int, set[int]] = {}
-    pairs: dict[int, set[tuple[int, int]]] = {}
-    for row, state in enumerate(states.tolist()):
-        better, worse = np.flatnonzero(preferred[row]).tolist(), np.flatnonzero(avoided[row]).tolist()
-        liked.setdefault(state, set()).update(better)
-        pairs.setdefault(state, set()).update((a, b) for a in better for b in worse)
-    return {state: Preference(tuple(sorted(liked[state])), tuple(sorted(pairs[state]))) for state in sorted(liked)}
+    return tuple(
+        AdviceRecord(row, row, (state,), _actions(preferred[row]), _actions(avoided[row]), Verdict.ANSWER)
+        for row, state in enumerate(states.tolist())
+    )
+
+
+def _actions(flags: Bools) -> tuple[int, ...]:
+    return tuple(np.flatnonzero(flags).tolist())
 
 
 def _check_sets(fields: Fields, preferred: Bools, avoided: Bools) -> None:
@@ -176,14 +188,26 @@ def learn(given: Given, solver: str = AUTO) -> Learned:
         seconds = time.perf_counter() - begin_s
         return Learned(
             nothing, nothing, table, table, np.full(n, -1), nothing, np.nan, nothing, nothing, nothing, 'infeasible',
-            np.nan, seconds,
+            np.nan, seconds, _contradictory(given),
         )
     seconds = time.perf_counter() - begin_s
     value, q = plan(problem.mdp, solution.reward, solution.value)
     return Learned(
         solution.reward, value, q, boltzmann(q, given.temperature), greedy(q), solution.value, solution.objective,
         *_margins(problem, solution), solution.status, solution.gap, seconds,
+        _contradictory(given) if len(slack_states(problem, solution)) else np.zeros(0, dtype=np.int64),
     )
+
+
+def _contradictory(given: Given) -> Ints:
+    """Rows that cannot all hold: those that compare actions with the same outcome alone, others together."""
+    alike, asks = given.problem.mdp.alike, given.problem.terms.delta > 0
+    alone = {
+        said.advice_id for said in given.advice
+        if asks and alike[said.states[0]][np.ix_(said.preferred, said.avoided)].any()
+    }
+    others = tuple(said for said in given.advice if said.advice_id not in alone)
+    return np.array(sorted({*alone, *conflicting(given.problem, others)}), dtype=np.int64)
 
 
 def _margins(problem: Problem, solution: Solution) -> tuple[Floats, Floats, Floats]:

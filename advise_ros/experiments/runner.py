@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import logging
 import os
+import re
 from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import CancelledError
 from typing import Any, NamedTuple
 
 from advise_ros.core.errors import InputError
@@ -11,6 +14,7 @@ from advise_ros.experiments.store import Store
 from advise_ros.experiments.work import Task, perform
 from advise_ros.parent import die_with_parent
 
+ADDRESS = re.compile(r'(?:(?:tcp|tls|ws|wss|ucx)://)?[^/\s]+:\d{1,5}')
 Performer = Callable[[list[Task]], Iterator[tuple[Task, list[Any]]]]
 
 
@@ -32,7 +36,7 @@ class OnCores(NamedTuple):
         from joblib import Parallel, delayed  # noqa: PLC0415 - needed here only
 
         tied = {'initializer': die_with_parent, 'initargs': (os.getpid(),)}  # They would work on for half a minute.
-        parallel = Parallel(self.jobs, return_as='generator_unordered', batch_size=1, **tied)
+        parallel = Parallel(min(self.jobs, len(tasks)), return_as='generator_unordered', batch_size=1, **tied)
         results: Iterator[tuple[Task, list[Any]]] = parallel(delayed(_paired)(task) for task in tasks)
         return results
 
@@ -50,23 +54,30 @@ class OnDask(NamedTuple):
         import distributed  # noqa: PLC0415 - takes a second
 
         dask: Any = distributed  # Typed in part only.
-
-        try:
-            client = dask.Client(self.address, timeout='10s', set_as_default=False)
-        except (OSError, ValueError) as problem:
-            raise InputError(f'no Dask scheduler answers at {self.address}; start one or check the address') from problem
-        with client:
+        logging.getLogger('distributed.client').setLevel(logging.CRITICAL)  # What goes wrong is told in one sentence.
+        with self._client(dask) as client:
             futures = client.map(_paired, tasks, pure=False)
             for future in dask.as_completed(futures, loop=client.loop):
                 yield self._result(future)
 
+    def _client(self, dask: Any) -> Any:
+        if not ADDRESS.fullmatch(self.address):  # The client would try for half a minute and end in a traceback.
+            raise InputError(f"'{self.address}' is no address of a Dask scheduler; give one like tcp://127.0.0.1:8786")
+        try:
+            return dask.Client(self.address, timeout='10s', set_as_default=False)
+        except (OSError, ValueError) as problem:
+            raise InputError(f'no Dask scheduler answers at {self.address}; start one or check the address') from problem
+
     def _result(self, future: Any) -> tuple[Task, list[Any]]:
         try:
             result: tuple[Task, list[Any]] = future.result()
+        except CancelledError as problem:
+            raise InputError(f'the Dask scheduler at {self.address} went away; start it and the same command again') from problem
         except Exception as problem:
+            reason = str(problem).splitlines()[0] if str(problem) else 'no reason given'
             raise InputError(
-                f'a worker of {self.address} failed ({type(problem).__name__}: {problem}); '
-                'workers need this package, in the same version, and the files of your own domains'
+                f'the Dask cluster at {self.address} failed ({type(problem).__name__}: {reason}); scheduler and workers '
+                'need this package, in the same version, and the files of your own domains under the same paths'
             ) from problem
         return result
 

@@ -159,11 +159,14 @@ def test_a_process_of_ones_own_is_read(tmp_path: Path) -> None:
     ({'reward': [0.0, np.nan, 1.0]}, "'reward' holds nan"),
     ({'reward': [0.0]}, "'reward' has 1 entries"),
     ({'start': [1.0, 1.0, 0.0]}, "'start' sums to 2"),
+    ({'start': [1.5, -0.5, 0.0]}, "'start' holds -0.5"),
+    ({'horizon': [2]}, "'horizon' has shape (1,); it needs to be a single value"),
+    ({'features': np.full((3, 1), np.inf)}, "'features' holds inf; it needs finite numbers"),
     ({'goal': [0, 2, 1]}, "'goal' holds numbers beside 0 and 1"),
     ({'features': np.zeros(3)}, "'features' has shape (3,)"),
     ({'rewards': [0.0]}, "'rewards' is unknown"),
     ({'p_to': [0, 1, 2, 0, 1, 2]}, "'p_to' leads from no state to another"),
-    ({'reward': np.array([None, 1, 2], dtype=object)}, "'reward' cannot be read"),
+    ({'reward': np.array([None, 1, 2], dtype=object)}, "'reward' holds Python objects"),
 ])
 def test_what_is_wrong_with_a_file_is_told_with_the_field(tmp_path: Path, changes: dict[str, object], told: str) -> None:
     with pytest.raises(InputError) as caught:

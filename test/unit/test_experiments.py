@@ -14,11 +14,12 @@ from advise_ros.commands import experiments
 from advise_ros.core.program import Evidence, Preference, pose
 from advise_ros.core.solve import solve
 from advise_ros.domains import find
+from advise_ros.domains.domain import Measure
 from advise_ros.domains.people import Demonstrator, Expert
-from advise_ros.experiments import trial
+from advise_ros.experiments import plots, trial
 from advise_ros.experiments.clusterings import quality
 from advise_ros.experiments.experiment import PAPERS
-from advise_ros.experiments.figures import QUALITIES, perturbed
+from advise_ros.experiments.figures import QUALITIES, Row5, perturbed
 from advise_ros.experiments.method import METHODS, Method, Protocol
 from advise_ros.experiments.optimum import optimum
 from advise_ros.experiments.protocols import PROTOCOLS
@@ -120,9 +121,15 @@ def test_all_cores_and_a_cluster_give_the_same_bytes(tmp_path: Path) -> None:
         assert figure5(tmp_path / 'dask', '--dask', cluster.scheduler_address) == expected
 
 
-def test_no_cluster_is_told_in_one_sentence(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert experiments.run(['clusters', '--out', str(tmp_path), '--trials', '1', '--dask', 'nowhere']) == 2
-    assert 'no Dask scheduler answers at nowhere' in capsys.readouterr().err
+@pytest.mark.parametrize(('address', 'told'), [
+    ('nowhere', "error: 'nowhere' is no address of a Dask scheduler; give one like tcp://127.0.0.1:8786\n"),
+    ('tcp://127.0.0.1:9', 'error: no Dask scheduler answers at tcp://127.0.0.1:9; start one or check the address\n'),
+])
+def test_no_cluster_is_told_in_one_sentence(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], address: str, told: str,
+) -> None:
+    assert experiments.run(['clusters', '--out', str(tmp_path), '--trials', '1', '--dask', address]) == 2
+    assert capsys.readouterr().err == told
 
 
 # -- statistics and the other figures ----------------------------------------------------------------
@@ -142,7 +149,17 @@ def test_figure6_falls_with_the_quality_of_clusters(tmp_path: Path) -> None:
 
 def test_figure6_is_about_goals(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert experiments.run(['figure6', '--domain', 'traffic', '--trials', '1', '--out', str(tmp_path)]) == 2
-    assert "'traffic' measures waits" in capsys.readouterr().err
+    assert "'traffic' measures mean wait [cars]" in capsys.readouterr().err
+
+
+def test_a_panel_alone_holds_its_legend_and_shares_their_axis() -> None:
+    rows = [Row5('wumpus', name, asked, 50.0, 500.0 * asked, 3) for name in METHODS for asked in (0, 1)]
+    with plots.in_style():
+        figure = plots.figure5(rows, {'wumpus': Measure.GOAL.value})
+    figure.draw_without_rendering()
+    legend, whole = figure.legends[0].get_window_extent(), figure.bbox
+    assert whole.x0 <= legend.x0 < legend.x1 <= whole.x1
+    assert figure.axes[0].get_ylim() == plots.SHARES
 
 
 def test_cluster_quality_stands_beside_the_papers(tmp_path: Path) -> None:

@@ -9,6 +9,7 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from advise_ros.commands import experiments
@@ -69,6 +70,44 @@ def test_wrong_input_is_told_in_one_sentence(
     said = capsys.readouterr().err
     assert told in said
     assert 'Traceback' not in said
+
+
+def chain(path: Path, **changes: object) -> str:
+    """Two states, action 0 to the second, which ends the task; 1 stays."""
+    process = {
+        'n_states': 2, 'n_actions': 2, 'gamma': 0.9, 'p_action': [0, 0, 1, 1], 'p_from': [0, 1, 0, 1], 'p_to': [1, 1, 0, 1],
+        'p_prob': np.ones(4), 'reward': [0.0, 1.0],
+    }
+    path.parent.mkdir(exist_ok=True)
+    np.savez(path, **{**process, **changes})  # type: ignore[arg-type]
+    return str(path)
+
+
+def test_all_leaves_out_of_figure6_what_has_no_place_there(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    without_goal, one_way = chain(tmp_path / 'chain.npz'), chain(tmp_path / 'one_way.npz', goal=[0, 1])
+    arguments = ['all', '--domain', without_goal, one_way, '--trials', '1', '--out', str(tmp_path / 'out')]
+    assert experiments.run(arguments) == 0
+    left = capsys.readouterr().err
+    assert "left out: figure 6 is relative to a share of goals reached; domain 'chain' measures mean reward a step" in left
+    assert "in domain 'one_way' one action is best in all states" in left
+    assert {path.stem for path in (tmp_path / 'out').iterdir()} == {'figure5', 'clusters', 'trials'}
+
+
+@pytest.mark.parametrize(('command', 'domains', 'told'), [
+    ('figure5', ['wumpus', 'chess'], "'chess' is unknown"),
+    ('figure5', ['a/chain.npz', 'b/chain.npz'], "would both be 'chain' in the figures"),
+    ('figure6', ['a/chain.npz'], "domain 'chain' measures mean reward a step"),
+])
+def test_what_is_wrong_with_a_domain_is_told_before_the_trials(
+    command: str, domains: list[str], told: str, capsys: pytest.CaptureFixture[str], tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    for directory in 'ab':
+        chain(tmp_path / directory / 'chain.npz')
+    assert experiments.run([command, '--domain', *domains]) == 2
+    assert told in capsys.readouterr().err
+    assert not (tmp_path / 'out').exists()
 
 
 def test_sigterm_ends_it_as_ctrl_c_does_and_its_workers_with_it(tmp_path: Path) -> None:

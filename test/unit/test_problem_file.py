@@ -103,8 +103,22 @@ def test_strict_advice_that_contradicts_itself_is_a_no(tmp_path: Path, capsys: p
     arguments = ['learn', '--problem', str(tmp_path / 'p.npz'), '--out', str(tmp_path / 'r.npz'), '--reading', 'R1']
     assert experiments.run(arguments) == 1
     with np.load(tmp_path / 'r.npz') as result:
-        assert str(result['status']) == 'infeasible'
-    assert 'infeasible' in capsys.readouterr().out
+        assert (str(result['status']), result['contradictory'].tolist()) == ('infeasible', [0, 1])
+    said = capsys.readouterr()
+    assert 'infeasible' in said.out
+    assert said.err == 'rows 0, 1 of the advice cannot all hold (rows count from 0); drop one, or set slack_cost above 0\n'
+
+
+def test_elastic_advice_names_the_rows_that_cannot_hold_and_no_others(tmp_path: Path) -> None:
+    """Row 1 compares two actions with the same outcome; rows 2 and 3 oppose each other."""
+    preferred = np.array([[1, 0, 0], [1, 0, 0], [1, 0, 0], [0, 1, 0]], dtype=bool)
+    avoided = np.array([[0, 0, 1], [0, 1, 0], [0, 1, 0], [1, 0, 0]], dtype=bool)
+    advice = {'advice_state': [1, 2, 4, 4], 'advice_preferred': preferred, 'advice_avoided': avoided}
+    result = learn(tmp_path, {**random_problem(0), **advice})
+    assert result['contradictory'].tolist() == [1, 2, 3]
+    assert (result['slack'] > 1e-3).nonzero()[0].tolist() == [2, 4]
+    harmless = {name: value[:1] for name, value in advice.items()}
+    assert not learn(tmp_path, {**random_problem(0), **harmless})['contradictory'].size
 
 
 @pytest.mark.parametrize(('changes', 'told'), [
@@ -120,6 +134,8 @@ def test_strict_advice_that_contradicts_itself_is_a_no(tmp_path: Path, capsys: p
     ({'lambda_t': -1.0}, "'lambda_t' is -1"),
     ({'n_states': 6.5}, "'n_states' holds float64"),
     ({'xi_caps': 0.1}, "'xi_caps' is unknown"),
+    ({'demo_state': np.full(12, 2**63, dtype=np.uint64)}, "'demo_state' holds 9223372036854775808"),
+    ({'xi_cap': 0.0, 'slack_cost': 50.0}, "'slack_cost' leaves no optimum: slack_cost 50 is less than lambda_a 500"),
 ])
 def test_a_malformed_file_names_the_field(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], changes: dict[str, Any], told: str,
