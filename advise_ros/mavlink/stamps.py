@@ -8,6 +8,8 @@ DEVIATION_NS = 1_000_000_000
 SIMULATED_DEVIATION_NS = 60_000_000_000
 # A busy moment delays a few messages; a clock that was set keeps its distance.
 DEVIATIONS = 5
+# Two good clocks drift a second apart in hours; fixes closer than this tell of clocks of different speeds.
+CALM_NS = 300_000_000_000
 
 
 class Stamper:
@@ -24,10 +26,11 @@ class Stamper:
         self._deviations = 0
         self._last_ns = -1
         self._fixes = 0
+        self._fixed_ns = 0
 
     @property
     def refixed(self) -> int:
-        """How often the offset was fixed anew; often: the clocks run at different speeds."""
+        """How often the offset was fixed anew in a row; often: the clocks run at different speeds."""
         return max(0, self._fixes - 1)
 
     @property
@@ -42,6 +45,8 @@ class Stamper:
         """
         if now_ns <= 0:
             return None
+        if abs(now_ns - self._fixed_ns) > CALM_NS:
+            self._fixes = min(self._fixes, 1)
         boot_ns = time_boot_ms * NS_PER_MS
         if self._offset_ns is None or self._deviates(boot_ns, now_ns):
             self._fix(boot_ns, now_ns)
@@ -60,7 +65,7 @@ class Stamper:
     def _fix(self, boot_ns: int, now_ns: int) -> None:
         offset = now_ns - boot_ns
         self._offset_ns = 0 if self._simulated and abs(offset) <= SIMULATED_DEVIATION_NS else offset
-        self._deviations = 0
+        self._deviations, self._fixed_ns = 0, now_ns
         self._fixes += 1
         if boot_ns + self._offset_ns + DEVIATION_NS < self._last_ns:
             self._last_ns = -1  # Our clock was set back: stamps go back with it.

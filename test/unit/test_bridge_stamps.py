@@ -62,3 +62,15 @@ def test_clocks_of_different_speeds_show_in_the_count_of_new_offsets() -> None:
         slow.stamp_ns(1000 + 50 * i, 1000 * S + 50 * i * MS)
     assert fast.refixed > 10
     assert slow.refixed == 0
+
+
+def test_two_good_clocks_that_drift_apart_over_days_are_no_clocks_of_different_speeds() -> None:
+    drifting = Stamper(simulated=False)
+    counts = []
+    for minute in range(5 * 24 * 60):  # 50 ppm: a second in five and a half hours.
+        boot_ms = 60_000 * minute
+        counts.append(drifting.refixed)
+        for i in range(6):
+            drifting.stamp_ns(boot_ms + i, 1000 * S + round(boot_ms * MS * (1 + 50e-6)) + i * MS)
+    assert max(counts) == 1
+    assert counts[-1] == 0
