@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from itertools import chain
+
 from advise_ros.core import contradictions
 from advise_ros.core.advice import AdviceRecord
+from advise_ros.core.contradictions import Opposition
 from advise_ros.core.numerics import Ints
 from advise_ros.core.program import Problem, Solution, advice_rows
 from advise_ros.core.solve import solve
@@ -21,7 +24,9 @@ def slack_states(problem: Problem, solution: Solution) -> Ints:
     return problem.advised[solution.slack > SLACK_SHARE * max(problem.terms.delta, SLACK_SHARE)]
 
 
-def conflicting(problem: Problem, records: tuple[AdviceRecord, ...]) -> tuple[int, ...]:
+def conflicting(
+    problem: Problem, records: tuple[AdviceRecord, ...], opposed: Opposition = contradictions.opposed,
+) -> tuple[int, ...]:
     """Advice ids that cannot all hold, ascending.
 
     Two answers that oppose each other in a state are always named. Among the others no two do, yet no reward may
@@ -31,8 +36,9 @@ def conflicting(problem: Problem, records: tuple[AdviceRecord, ...]) -> tuple[in
     Args:
         problem: posed with all the records.
         records: the advice that holds.
+        opposed: whether two answers about a state oppose each other.
     """
-    named = set(contradictions.among(records))
+    named = set(contradictions.among(records, opposed))
     apart = tuple(record for record in records if record.advice_id not in named)
     if problem.mdp.n_states * len(apart) > AFFORDABLE:
         return tuple(sorted(named))
@@ -46,14 +52,23 @@ def conflicting(problem: Problem, records: tuple[AdviceRecord, ...]) -> tuple[in
 
 
 def _minimal(problem: Problem, records: tuple[AdviceRecord, ...]) -> tuple[AdviceRecord, ...]:
-    """A smallest part that cannot hold, by leaving out one after the other; empty when all can."""
+    """A part that cannot hold and of which every smaller part can; empty when all can.
+
+    As if one after the other were left out, but halves first: what can be left out together can be one by one.
+    """
     if _can_hold(problem, records):
         return ()
-    for record in records:
-        fewer = tuple(other for other in records if other is not record)
-        if not _can_hold(problem, fewer):
-            records = fewer
-    return records
+    kept: tuple[AdviceRecord, ...] = ()
+    parts = [records]  # The next one to leave out comes last.
+    while parts:
+        part = parts.pop()
+        if not _can_hold(problem, (*kept, *chain(*parts))):
+            continue
+        if len(part) == 1:
+            kept += part
+        else:
+            parts += [part[len(part) // 2 :], part[: len(part) // 2]]
+    return kept
 
 
 def _can_hold(problem: Problem, records: tuple[AdviceRecord, ...]) -> bool:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from itertools import combinations
 
 from advise_ros.core.advice import AdviceRecord, Verdict, active
 from advise_ros.core.program import Preference
+
+Opposition = Callable[[AdviceRecord, AdviceRecord], bool]
 
 
 def advice_in(log: tuple[AdviceRecord, ...]) -> tuple[AdviceRecord, ...]:
@@ -40,12 +42,17 @@ def against(answer: AdviceRecord, records: Iterable[AdviceRecord]) -> tuple[int,
     return tuple(sorted(r.advice_id for r in records if opposed(answer, r) and not asked.isdisjoint(r.states)))
 
 
-def among(records: tuple[AdviceRecord, ...]) -> tuple[int, ...]:
+def reversed_pair(one: AdviceRecord, other: AdviceRecord) -> bool:
+    """Whether one prefers an action to another and the other one the reverse, which no reward satisfies."""
+    return bool(set(one.preferred) & set(other.avoided) and set(one.avoided) & set(other.preferred))
+
+
+def among(records: tuple[AdviceRecord, ...], against_each_other: Opposition = opposed) -> tuple[int, ...]:
     """Advice ids of all records that another one opposes in a state that they share, ascending."""
     found: set[int] = set()
     for numbers in set(_covering(records).values()):
         for one, other in combinations((records[number] for number in numbers), 2):
-            if opposed(one, other):
+            if against_each_other(one, other):
                 found |= {one.advice_id, other.advice_id}
     return tuple(sorted(found))
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from advise_ros.core.advice import AdviceRecord, Verdict
 from advise_ros.core.conflicts import conflicting, slack_states
-from advise_ros.core.contradictions import preferences
+from advise_ros.core.contradictions import preferences, reversed_pair
 from advise_ros.core.errors import InputError
 from advise_ros.core.mdp import Mdp, boltzmann, greedy, plan
 from advise_ros.core.numerics import Bools, Floats, Ints
@@ -201,13 +201,18 @@ def learn(given: Given, solver: str = AUTO) -> Learned:
 
 def _contradictory(given: Given) -> Ints:
     """Rows that cannot all hold: those that compare actions with the same outcome alone, others together."""
-    alike, asks = given.problem.mdp.alike, given.problem.terms.delta > 0
-    alone = {
-        said.advice_id for said in given.advice
-        if asks and alike[said.states[0]][np.ix_(said.preferred, said.avoided)].any()
-    }
-    others = tuple(said for said in given.advice if said.advice_id not in alone)
-    return np.array(sorted({*alone, *conflicting(given.problem, others)}), dtype=np.int64)
+    if not given.problem.terms.delta:
+        return np.zeros(0, dtype=np.int64)  # A reward of 0 satisfies whatever is asked.
+    alike = given.problem.mdp.alike
+    alone = {said.advice_id for said in given.advice if alike[said.states[0]][np.ix_(said.preferred, said.avoided)].any()}
+    others = {_words(said): said for said in given.advice if said.advice_id not in alone}  # Each once, however often said.
+    named = {*conflicting(given.problem, tuple(others.values()), reversed_pair)}
+    rows = [said.advice_id for said in given.advice if said.advice_id in alone or others[_words(said)].advice_id in named]
+    return np.array(rows, dtype=np.int64)
+
+
+def _words(said: AdviceRecord) -> tuple[tuple[int, ...], ...]:
+    return said.states, said.preferred, said.avoided
 
 
 def _margins(problem: Problem, solution: Solution) -> tuple[Floats, Floats, Floats]:

@@ -9,7 +9,7 @@ from scipy import sparse
 from advise_ros.core import conflicts
 from advise_ros.core.advice import AdviceRecord
 from advise_ros.core.conflicts import conflicting
-from advise_ros.core.contradictions import preferences
+from advise_ros.core.contradictions import preferences, reversed_pair
 from advise_ros.core.errors import InputError
 from advise_ros.core.infer import infer
 from advise_ros.core.learn_settings import LearnSettings
@@ -68,3 +68,13 @@ def test_learning_goes_on_with_the_elastic_optimum(ring: Mdp) -> None:
 def test_strict_advice_names_them_as_it_refuses(ring: Mdp) -> None:
     with pytest.raises(InputError, match='answers 1 and 2 and 3 cannot hold together'):
         infer(ring, NOTHING, CIRCLE, LearnSettings(slack_cost=0.0))
+
+
+def test_a_chain_of_wishes_can_hold_where_only_reversed_pairs_oppose(ring: Mdp) -> None:
+    """In state 3 an order of two actions, said twice; people take preferred and avoided in one for a contradiction."""
+    three = Mdp(sparse.csr_array(np.vstack([ring.stacked.toarray(), np.eye(5)])), 0.9)  # Action 2 stays.
+    chain = (record(1, [3], [0], [1]), record(2, [3], [1], [2]))
+    assert conflicting(posed(three, chain), chain) == (1, 2)
+    assert conflicting(posed(three, chain), chain, reversed_pair) == ()
+    turned = (*chain, record(3, [3], [1], [0]))
+    assert conflicting(posed(three, turned), turned, reversed_pair) == (1, 3)
