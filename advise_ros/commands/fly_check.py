@@ -172,9 +172,9 @@ class Check:
     def _take(self, message: mav.Message) -> None:
         if self._readings is not None:
             self._readings.observe(message)
-        text = self._companion.vehicle.text
-        if message.get_msgId() == mav.STATUSTEXT and text not in self._texts:
-            self._texts.append(text)
+        vehicle = self._companion.vehicle
+        if message.get_msgId() == mav.STATUSTEXT and not vehicle.text_goes_on and vehicle.text not in self._texts:
+            self._texts.append(vehicle.text)
 
 
 if __name__ == '__main__':

@@ -67,7 +67,7 @@ class Link:
 
     @property
     def bad_bytes(self) -> int:
-        """Bytes received that were no MAVLink."""
+        """Bytes received that were no MAVLink, or of messages that nobody here knows."""
         return self._framer.bad_bytes
 
     @property

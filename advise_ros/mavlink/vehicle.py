@@ -15,8 +15,8 @@ from advise_ros.mavlink.messages import Message
 # Who sent a datagram; None on a line with two ends.
 Address = tuple[str, int]
 
-# A text is put together from chunks of 50 characters up to this.
-LONGEST_TEXT = 400
+# A text is put together from chunks of this many characters up to the other; a shorter chunk ends it.
+CHUNK, LONGEST_TEXT = 50, 400
 # The mode is in the heartbeat: without one for this many time-outs the link counts as lost whatever else is heard.
 HEARTBEATS_LOST = 3.0
 # Older than this, a position's time is that of before a reboot, and no late message.
@@ -70,6 +70,7 @@ class Vehicle:
         wanted_system: the only system that is chosen; 0: any.
         refused_numbers, refused_strangers: messages that were not taken in, and why.
         unfit: what else was heard that calls itself an autopilot, in words.
+        text_goes_on: `text` is the begin of a longer one.
         heard_at_s, heard: when each message came last, and how often so far.
     """
 
@@ -91,6 +92,7 @@ class Vehicle:
     motion: Motion | None = None
     battery: Battery | None = None
     text: str = ''
+    text_goes_on: bool = False
     text_at_s: float = -math.inf
     acks: list[Ack] = field(default_factory=list)
     boots: int = 0
@@ -210,6 +212,7 @@ class Vehicle:
         part = message.text if isinstance(message.text, str) else bytes(message.text).decode('utf-8', 'replace')
         part = ''.join(letter if letter.isprintable() else ' ' for letter in part)
         number, chunk = int(message.id), int(message.chunk_seq)
+        self.text_goes_on = bool(number) and len(message.text) >= CHUNK
         begun, last, text = self._chunks
         if number and chunk and (number, chunk) == (begun, last + 1):
             part = (text + part)[:LONGEST_TEXT]

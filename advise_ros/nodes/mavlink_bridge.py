@@ -176,7 +176,7 @@ class MavlinkBridge(ManagedNode):
             self._publish_pose(vehicle.motion, vehicle.attitude)
         if vehicle.battery is not battery and vehicle.battery is not None:
             self._teller.battery(vehicle.battery)
-        if vehicle.text != text:
+        if vehicle.text != text and not vehicle.text_goes_on:
             self.get_logger().info(f'the autopilot says: {vehicle.text}')
 
     def _publish_pose(self, motion: Motion, attitude: Attitude | None) -> None:
@@ -283,7 +283,7 @@ class MavlinkBridge(ManagedNode):
         well = 'commands reach the vehicle' if status.commandable else 'ready'
         self.diagnostics.set(level, '; '.join(sentences) or well, {
             'url': self.config.url, 'mode': status.mode, 'autopilot text': status.text,
-            'bytes that were no MAVLink': link.bad_bytes, 'messages not sent': link.unsent,
+            'bytes of no known message': link.bad_bytes, 'messages not sent': link.unsent,
             'frames refused by their signature': link.refused_signatures,
             'messages refused for impossible numbers': self._companion.vehicle.refused_numbers,
             'messages of strangers refused': self._companion.vehicle.refused_strangers,

@@ -235,10 +235,12 @@ def test_numbers_that_are_not_finite_never_reach_the_position() -> None:
 def test_a_text_in_chunks_is_put_together() -> None:
     flight = Flight(ScriptedCopter())
     flight.run(0.5)
-    flight.deliver([
-        dialect.MAVLink_statustext_message(4, b'x' * 50, 3, 0), dialect.MAVLink_statustext_message(4, b'yz', 3, 1),
-    ])
+    goes_on = []
+    for chunk, part in enumerate((b'x' * 50, b'yz')):
+        flight.deliver([dialect.MAVLink_statustext_message(4, part, 3, chunk)])
+        goes_on.append(flight.companion.vehicle.text_goes_on)
     assert flight.status.text == 'x' * 50 + 'yz'
+    assert goes_on == [True, False]
 
 
 def test_the_answer_to_somebody_elses_command_does_not_count() -> None:
