@@ -26,7 +26,7 @@ class Demonstrator:
         demonstrations: how many.
         steps: of each, at most.
         restarts: 'uniform' starts each anywhere, 'start' where an evaluated policy starts.
-        kinds: of states that he gets wrong, 'any' or the 'largest' first.
+        kinds: of states that he gets wrong, 'any' or the 'largest' first; 'each': states for themselves, without habits.
         mistake_share: share of the states that he gets wrong again and again.
         mistake_rate: share of the actions there that are the mistake.
         noise_rate: share of the actions, everywhere, that are random.
@@ -51,10 +51,11 @@ def draw_mistakes(domain: Domain, person: Demonstrator, rng: np.random.Generator
     """One kind of states after the other, each with one wrong action, until the share of the states is reached."""
     left = round(person.mistake_share * len(domain.acting))
     wrong = np.full(domain.mdp.n_states, -1)
-    kinds, sizes = np.unique(domain.habit[domain.acting], return_counts=True)
+    alike = np.arange(domain.mdp.n_states) if person.kinds == 'each' else domain.habit
+    kinds, sizes = np.unique(alike[domain.acting], return_counts=True)
     order = np.argsort(-sizes, kind='stable') if person.kinds == 'largest' else rng.permutation(len(kinds))
     for kind in kinds[order]:
-        states = rng.permutation(np.flatnonzero(domain.habit == kind))
+        states = rng.permutation(np.flatnonzero(alike == kind))
         action = _wrong_action(domain.optimal[states], rng)
         states = states[~domain.optimal[states, action]][:left]
         wrong[states] = action

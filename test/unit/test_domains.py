@@ -85,6 +85,15 @@ def test_the_largest_kind_comes_first_when_asked_for() -> None:
     assert set(junction.habit[wrong >= 0]) == {np.bincount(junction.habit).argmax()}
 
 
+def test_without_habits_the_same_share_of_the_states_has_mistakes_of_many_kinds() -> None:
+    domain = find('sailing')
+    wrong = draw_mistakes(domain, Demonstrator(10, 5, kinds='each'), np.random.default_rng(1)).action
+    mistaken = np.flatnonzero(wrong >= 0)
+    assert len(mistaken) == round(0.25 * len(domain.acting))
+    assert not domain.optimal[mistaken, wrong[mistaken]].any()
+    assert len({*zip(domain.habit[mistaken].tolist(), wrong[mistaken].tolist(), strict=True)}) > 2
+
+
 def test_demonstrations_are_as_noisy_as_said(domain: Domain) -> None:
     person = Demonstrator(20_000, 5, mistake_share=0.25, mistake_rate=0.75, noise_rate=0.1)
     counts = demonstrate(domain, person, np.random.default_rng(3))
