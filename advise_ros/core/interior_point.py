@@ -94,21 +94,25 @@ def _step(blocks: Blocks, point: Point) -> Point | None:
     except AdviseError:
         return None
     products = point.x * point.z
-    mean = products.mean()
-    predicted = blocks.direction(weights, -1.0, weights.residual)
-    left = _products_after(products, predicted, _reach(predicted)).mean()
-    aim = float(min(MOST, (left / mean) ** 3) * mean)
-    second = aim / products
-    second -= predicted.x * predicted.z
-    second -= 1.0
-    direction = blocks.direction(weights, second, weights.residual)
-    direction, reach = _centred(blocks, weights, products, direction, aim)
+    aim, wanted = _aim_of_step(products, blocks.direction(weights, -1.0, weights.residual))
+    direction, reach = _centred(blocks, weights, products, blocks.direction(weights, wanted, weights.residual), aim)
     if not np.isfinite(direction.v).all() or max(reach) < STUCK:
         return None
     go_x, go_z = min(1.0, STEP_SHARE * reach.x), min(1.0, STEP_SHARE * reach.z)
     return Point(
         point.v + go_x * direction.v, _scaled(go_x, direction.x, point.x), _scaled(go_z, direction.z, point.z)
     )
+
+
+def _aim_of_step(products: Floats, predicted: Direction) -> tuple[float, Floats]:
+    """What the products aim at, and what they then lack of it in shares of what they are, curvature included."""
+    mean = products.mean()
+    left = _products_after(products, predicted, _reach(predicted)).mean()
+    aim = float(min(MOST, (left / mean) ** 3) * mean)
+    second = aim / products
+    second -= predicted.x * predicted.z
+    second -= 1.0
+    return aim, second
 
 
 def _scaled(go: float, change: Floats, value: Floats) -> Floats:
@@ -155,10 +159,14 @@ def _aim(products: Floats, direction: Direction, reach: Reach, aim: float) -> Fl
 
 def _best_share(direction: Direction, corrector: Direction) -> tuple[float, Reach]:
     """How much of the corrector leads furthest."""
-    reaches = [
-        (share, Reach(_until(direction.x + share * corrector.x), _until(direction.z + share * corrector.z)))
-        for share in SHARES_OF_CORRECTOR
-    ]
+    mixed = np.empty_like(direction.x)
+    reaches = []
+    for share in SHARES_OF_CORRECTOR:
+        x, z = (
+            _until(np.add(np.multiply(change, share, out=mixed), before, out=mixed))
+            for before, change in ((direction.x, corrector.x), (direction.z, corrector.z))
+        )
+        reaches.append((share, Reach(x, z)))
     return max(reaches, key=lambda one: one[1].x * one[1].z)
 
 
