@@ -45,6 +45,9 @@ class Front:
             main()
         except KeyboardInterrupt:
             self._leave()
+        finally:
+            for number in watched:
+                signal.signal(number, self._leave)  # Python waits for threads of libraries on its way out.
 
     def _leave(self, *_: object) -> None:
         os._exit(self._interrupted)
