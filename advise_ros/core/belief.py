@@ -12,6 +12,7 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
+from scipy.special import logsumexp
 
 from advise_ros.core.numerics import Floats, Ints
 
@@ -26,6 +27,11 @@ ROUNDS = 10
 MOST_RIGHT, MOST_TOGETHER = 0.98, 0.98
 RESCUED_BOUNDS = (0.05, 0.45)
 LEAST_OTHER = 1e-4
+# Someone is taken to have mistakes when this speaks for it: the logarithm of how much likelier his moves are than those of
+# the same person without any; 5 is very strong evidence on the scale of Kass & Raftery (1995).
+EVIDENCE = 5.0
+# Who seems to be mistaken in a larger share of the states than this does not show what is right.
+MOST_MISTAKES = 0.5
 
 
 class _Person(NamedTuple):
@@ -47,14 +53,20 @@ class _Person(NamedTuple):
         n_actions, visits = taken.shape[1], taken.sum(axis=1)
         other = max((1.0 - self.rescued - self.mistaken) / max(n_actions - 2, 1), LEAST_OTHER)
         rest = visits[:, None, None] - taken[:, :, None] - taken[:, None, :]
-        joint: Floats = np.log(self.pairs) + taken[:, :, None] * np.log(self.rescued) + (
+        with np.errstate(divide='ignore'):  # A pair that the prior rules out stays so.
+            pairs = np.log(self.pairs)
+        joint: Floats = pairs + taken[:, :, None] * np.log(self.rescued) + (
             taken[:, None, :] * np.log(self.mistaken) + rest * np.log(other)
         )
         slip = (1.0 - self.right) / (n_actions - 1)
         honest = taken * np.log(self.right) + (visits[:, None] - taken) * np.log(slip)
         every = np.arange(n_actions)
-        joint[:, every, every] = np.log(np.diag(self.pairs)) + honest
+        joint[:, every, every] = np.diag(pairs) + honest
         return joint
+
+    def log_likelihood(self, taken: Floats, weight: Ints) -> float:
+        """Of the counts (m, n_actions) of so many states each."""
+        return float(weight @ logsumexp(self.log_joint(taken), axis=(1, 2)))
 
 
 def shares(logs: Floats) -> Floats:
@@ -77,14 +89,37 @@ def log_beliefs(taken: Ints) -> Floats:
 @lru_cache(maxsize=16)
 def _remembered(moves: bytes, n_actions: int) -> bytes:
     """Answers do not change what was shown."""
-    taken = np.frombuffer(moves, dtype=np.int64).reshape(-1, n_actions)
-    rows, which, weight = np.unique(taken, axis=0, return_inverse=True, return_counts=True)
-    counts, person = rows.astype(np.float64), _anyone(n_actions)
-    for _ in range(ROUNDS):
-        person = _fitted(person, counts, weight * (counts.sum(axis=1) > 0))
+    counts, weight, which = _alike(moves, n_actions)
+    person = _someone(counts, weight, _anyone(n_actions))
     joint = shares(person.log_joint(counts).reshape(len(counts), -1)).reshape(len(counts), *person.pairs.shape)
     logs: Floats = np.log(np.maximum(joint.sum(axis=2), np.finfo(float).tiny))
-    return logs[which.ravel()].tobytes()
+    return logs[which].tobytes()
+
+
+def mistakes_shown(taken: Ints) -> bool:
+    """Whether the moves (m, n_actions) leave no doubt that their person makes mistakes, in the lesser part of the states.
+
+    A mistake made nearly always looks like what is right with slips: without this, beliefs could turn what an errorless
+    person shows into its opposite.
+    """
+    return _shown(taken.astype(np.int64).tobytes(), taken.shape[1])
+
+
+@lru_cache(maxsize=16)
+def _shown(moves: bytes, n_actions: int) -> bool:
+    counts, weight, _ = _alike(moves, n_actions)
+    anyone = _anyone(n_actions)
+    flawless = anyone._replace(pairs=np.eye(n_actions) / n_actions)
+    erring, without = (_someone(counts, weight, prior) for prior in (anyone, flawless))
+    evidence = erring.log_likelihood(counts, weight) - without.log_likelihood(counts, weight)
+    return bool(evidence >= EVIDENCE and 1.0 - np.trace(erring.pairs) <= MOST_MISTAKES)
+
+
+def _alike(moves: bytes, n_actions: int) -> tuple[Floats, Ints, Ints]:
+    """The different counts of moves, how many visited states have them, and which one each state has."""
+    taken = np.frombuffer(moves, dtype=np.int64).reshape(-1, n_actions)
+    rows, which, weight = np.unique(taken, axis=0, return_inverse=True, return_counts=True)
+    return rows.astype(np.float64), weight * (rows.sum(axis=1) > 0), which.ravel()
 
 
 def _anyone(n_actions: int) -> _Person:
@@ -93,8 +128,16 @@ def _anyone(n_actions: int) -> _Person:
     return _Person(RIGHT, RESCUED, MISTAKEN, pairs)
 
 
-def _fitted(person: _Person, taken: Floats, weight: Ints) -> _Person:
-    """One round: whom the counts (m, n_actions) of so many states each speak for."""
+def _someone(taken: Floats, weight: Ints, prior: _Person) -> _Person:
+    """Whom the counts (m, n_actions) of so many states each speak for, beginning with a prior."""
+    person = prior
+    for _ in range(ROUNDS):
+        person = _fitted(person, taken, weight, prior.pairs)
+    return person
+
+
+def _fitted(person: _Person, taken: Floats, weight: Ints, pairs: Floats) -> _Person:
+    """One round; `pairs` are those of the prior."""
     joint = person.log_joint(taken)
     share = shares(joint.reshape(len(joint), -1)).reshape(joint.shape) * weight[:, None, None]
     visits, honest = taken.sum(axis=1), np.diagonal(share, axis1=1, axis2=2)
@@ -104,9 +147,9 @@ def _fitted(person: _Person, taken: Floats, weight: Ints) -> _Person:
     mistaken = _rate((wrong * taken[:, None, :]).sum(), (wrong * visits[:, None, None]).sum(), MISTAKEN)
     rescued = min(max(rescued, RESCUED_BOUNDS[0]), RESCUED_BOUNDS[1])
     scale = min(1.0, MOST_TOGETHER / (rescued + mistaken))
-    pairs = share.sum(axis=0) + PRIOR_STATES * _anyone(taken.shape[1]).pairs
+    found = share.sum(axis=0) + PRIOR_STATES * pairs
     right = _rate((honest * taken).sum(), (honest * visits[:, None]).sum(), RIGHT)
-    return _Person(min(right, MOST_RIGHT), scale * rescued, scale * mistaken, pairs / pairs.sum())
+    return _Person(min(right, MOST_RIGHT), scale * rescued, scale * mistaken, found / found.sum())
 
 
 def _rate(successes: float, moves: float, prior: float) -> float:

@@ -3,7 +3,8 @@
 Algorithm 1 imitates the most frequent action, also where a person makes the same mistake again and again, and puts an
 answer in its place in every state that was asked about. With the acquisition 'belief' it imitates the action that is
 most likely the right one by all moves and all answers together (`core/belief.py`, `core/gain.py`): an answer about many
-states is then strong evidence about each of them, not the last word on every one.
+states is then strong evidence about each of them, not the last word on every one. Where the moves do not leave it beyond
+doubt that the person makes mistakes it imitates the most frequent action after all.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from advise_ros.core.advice import AdviceRecord
-from advise_ros.core.belief import log_beliefs, shares
+from advise_ros.core.belief import log_beliefs, mistakes_shown, shares
 from advise_ros.core.counts import Counts
 from advise_ros.core.gain import BELIEF, BY_WORTH, heard
 from advise_ros.core.numerics import Bools, Floats, Ints
@@ -45,7 +46,9 @@ def imitated(acquisition: str, counts: Counts, held: tuple[AdviceRecord, ...]) -
         held: the answers that hold.
     """
     advice = narrowed(held) if acquisition in BY_WORTH else held
-    return _believed(counts, held, advice) if acquisition == BELIEF else Imitated(counts.favourite(), advice)
+    if acquisition == BELIEF and mistakes_shown(counts.taken):
+        return _believed(counts, held, advice)
+    return Imitated(counts.favourite(), advice)
 
 
 def _believed(counts: Counts, held: tuple[AdviceRecord, ...], advice: tuple[AdviceRecord, ...]) -> Imitated:
