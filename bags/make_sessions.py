@@ -103,8 +103,13 @@ def _copy(bag: Path, target: Path) -> None:
             writer.write(topics[channel.topic], int(block.log_ns[row]), int(block.publish_ns[row]), data)
     for record in source.records:
         if record.name != 'rosbag2':
-            writer.add_record(record.name, record.values)
+            writer.add_record(record.name, {key: _portable(value, bag) for key, value in record.values.items()})
     writer.close()
+
+
+def _portable(value: str, bag: Path) -> str:
+    """A recorded parameter without where this checkout and the draft lie."""
+    return value.replace(f'{ROOT}/', '').replace(f'{bag.parent}/', '')
 
 
 def arducopter_session(target: Path) -> None:
