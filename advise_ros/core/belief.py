@@ -27,9 +27,8 @@ ROUNDS = 10
 MOST_RIGHT, MOST_TOGETHER = 0.98, 0.98
 RESCUED_BOUNDS = (0.05, 0.45)
 LEAST_OTHER = 1e-4
-# Someone is taken to have mistakes when this speaks for it: the logarithm of how much likelier his moves are than those of
-# the same person without any; 5 is very strong evidence on the scale of Kass & Raftery (1995).
-EVIDENCE = 5.0
+# Someone is taken to have mistakes when his moves are so many times likelier than those of the same person without any.
+EVIDENCE = 1000.0
 # Who seems to be mistaken in a larger share of the states than this does not show what is right.
 MOST_MISTAKES = 0.5
 
@@ -112,7 +111,7 @@ def _shown(moves: bytes, n_actions: int) -> bool:
     flawless = anyone._replace(pairs=np.eye(n_actions) / n_actions)
     erring, without = (_someone(counts, weight, prior) for prior in (anyone, flawless))
     evidence = erring.log_likelihood(counts, weight) - without.log_likelihood(counts, weight)
-    return bool(evidence >= EVIDENCE and 1.0 - np.trace(erring.pairs) <= MOST_MISTAKES)
+    return bool(evidence >= np.log(EVIDENCE) and 1.0 - np.trace(erring.pairs) <= MOST_MISTAKES)
 
 
 def _alike(moves: bytes, n_actions: int) -> tuple[Floats, Ints, Ints]:
