@@ -9,17 +9,17 @@ an interruption the same command goes on.
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Iterator
 from dataclasses import replace
-from pathlib import Path
+
+from tuning import parse
 
 from advise_ros.core.numerics import Floats
 from advise_ros.domains.people import Demonstrator
 from advise_ros.experiments.acquisitions import BELIEFS, GAINS, PAPER
-from advise_ros.experiments.figures import Trials, stored, tasks
-from advise_ros.experiments.protocols import FINAL_SEED, PROTOCOLS
-from advise_ros.experiments.runner import OnCores, here, run
+from advise_ros.experiments.figures import stored, tasks
+from advise_ros.experiments.protocols import PROTOCOLS
+from advise_ros.experiments.runner import run
 from advise_ros.experiments.statistics import estimate
 from advise_ros.experiments.store import Store
 
@@ -47,20 +47,11 @@ def cells(curves: Floats, reference: Floats) -> Iterator[str]:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument('--domain', nargs='+', choices=PROTOCOLS, default=['wumpus', 'sailing', 'drone'])
-    parser.add_argument('--trials', type=int, default=40)
-    parser.add_argument('--seed', type=int, default=7000, help='of the first trial; the others follow')
-    parser.add_argument('--jobs', type=int, default=1, help='processes (default %(default)s)')
-    parser.add_argument('--out', type=Path, default=Path('out/people'), help='trials are kept here (default %(default)s)')
-    options = parser.parse_args()
-    if options.seed + options.trials > FINAL_SEED:
-        parser.error(f'seeds from {FINAL_SEED} on are those of the published figures; choose lower ones')
-    trials, performer = Trials(options.trials, options.seed), OnCores(options.jobs) if options.jobs > 1 else here
+    domains, trials, performer, path = parse(str(__doc__), 'people', ('wumpus', 'sailing', 'drone'), 7000)
     print(f'| domain, demonstrator | method | {" | ".join(map(str, POINTS))} | mean of 1-10 | ahead of gain |')
     print('| --- ' * (4 + len(POINTS)) + '|', flush=True)
-    with Store(options.out / 'trials.jsonl') as store:
-        for domain in options.domain:
+    with Store(path) as store:
+        for domain in domains:
             for name, person in makes(PROTOCOLS[domain].demonstrator):  # type: ignore[arg-type]
                 protocol = replace(PROTOCOLS[domain], demonstrator=person)
                 run(tasks('interview', protocol, VARIANTS, trials), store, performer, lambda *_: None)

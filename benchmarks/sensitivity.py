@@ -8,17 +8,17 @@ those of the published figures, so that no setting is chosen on them. After an i
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Iterator
 from dataclasses import replace
-from pathlib import Path
 from typing import NamedTuple
+
+from tuning import parse
 
 from advise_ros.core.numerics import Floats
 from advise_ros.experiments.figures import Trials, stored, tasks
 from advise_ros.experiments.method import METHODS, Method, Protocol
-from advise_ros.experiments.protocols import FINAL_SEED, PROTOCOLS
-from advise_ros.experiments.runner import OnCores, Performer, here, run
+from advise_ros.experiments.protocols import PROTOCOLS
+from advise_ros.experiments.runner import Performer, run
 from advise_ros.experiments.statistics import estimate
 from advise_ros.experiments.store import Store
 
@@ -79,19 +79,10 @@ def row(protocol: Protocol, bench: Bench) -> list[str]:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument('--domain', nargs='+', choices=PROTOCOLS, default=list(PROTOCOLS))
-    parser.add_argument('--trials', type=int, default=40)
-    parser.add_argument('--seed', type=int, default=0, help='of the first trial; the others follow')
-    parser.add_argument('--jobs', type=int, default=1, help='processes (default %(default)s)')
-    parser.add_argument('--out', type=Path, default=Path('out/sensitivity'), help='trials are kept here (default %(default)s)')
-    options = parser.parse_args()
-    if options.seed + options.trials > FINAL_SEED:
-        parser.error(f'seeds from {FINAL_SEED} on are those of the published figures; choose lower ones')
-    performer = OnCores(options.jobs) if options.jobs > 1 else here
-    with Store(options.out / 'trials.jsonl') as store:
-        bench = Bench(store, performer, Trials(options.trials, options.seed))
-        for domain in options.domain:
+    domains, trials, performer, path = parse(str(__doc__), 'sensitivity', tuple(PROTOCOLS), 0)
+    with Store(path) as store:
+        bench = Bench(store, performer, trials)
+        for domain in domains:
             head = [f'{name} ({POINTS[domain][which]})' for name, which in COLUMNS]
             print(f'\n| {domain} | quality [%] | {" | ".join(head)} |\n| --- |{" --- |" * (1 + len(COLUMNS))}', flush=True)
             for name, protocol in variants(PROTOCOLS[domain]):
