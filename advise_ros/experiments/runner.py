@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import logging
-import os
 import re
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import CancelledError
@@ -12,7 +11,7 @@ from typing import Any, NamedTuple
 from advise_ros.core.errors import InputError
 from advise_ros.experiments.store import Store
 from advise_ros.experiments.work import Task, perform
-from advise_ros.parent import die_with_parent
+from advise_ros.parent import tied_workers
 
 ADDRESS = re.compile(r'(?:(?:tcp|tls|ws|wss|ucx)://)?[^/\s]+:\d{1,5}')
 Performer = Callable[[list[Task]], Iterator[tuple[Task, list[Any]]]]
@@ -35,8 +34,7 @@ class OnCores(NamedTuple):
     def __call__(self, tasks: list[Task]) -> Iterator[tuple[Task, list[Any]]]:
         from joblib import Parallel, delayed  # noqa: PLC0415 - needed here only
 
-        tied = {'initializer': die_with_parent, 'initargs': (os.getpid(),)}  # They would work on for half a minute.
-        parallel = Parallel(min(self.jobs, len(tasks)), return_as='generator_unordered', batch_size=1, **tied)
+        parallel = Parallel(min(self.jobs, len(tasks)), return_as='generator_unordered', batch_size=1, **tied_workers())
         results: Iterator[tuple[Task, list[Any]]] = parallel(delayed(_paired)(task) for task in tasks)
         return results
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -15,7 +14,7 @@ from advise_ros.core.errors import InputError, LogError
 from advise_ros.core.flights import demonstrations_of
 from advise_ros.core.grid import Grid
 from advise_ros.core.samples import Recording
-from advise_ros.parent import die_with_parent
+from advise_ros.parent import tied_workers
 from advise_ros.recording.bags import DEFAULT_TOPICS, BagTopics
 from advise_ros.recording.sources import ProgressCallback, read_recording
 
@@ -99,8 +98,8 @@ def _on_cores(paths: Sequence[str], task: Task, jobs: int) -> Iterator[Harvest]:
     if workers <= 1:
         yield from (harvest(path, task) for path in paths)
         return
-    tied = {'initializer': die_with_parent, 'initargs': (os.getpid(),)}  # They would work on for half a minute.
-    yield from Parallel(n_jobs=workers, return_as='generator', **tied)(delayed(harvest)(path, task) for path in paths)
+    parallel = Parallel(n_jobs=workers, return_as='generator', **tied_workers())
+    yield from parallel(delayed(harvest)(path, task) for path in paths)
 
 
 def _on_cluster(paths: Sequence[str], task: Task, address: str) -> Iterator[Harvest]:
