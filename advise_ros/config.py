@@ -15,6 +15,7 @@ from typing import Any, TypeVar
 from advise_ros.core.discretise import DiscretiseSettings
 from advise_ros.core.errors import InputError
 from advise_ros.core.seeking import SeekSettings
+from advise_ros.core.start import START_REACH_M
 
 ConfigT = TypeVar('ConfigT')
 Scalar = bool | int | float | str
@@ -221,6 +222,8 @@ class PolicyConfig(SeekConfig):
 
     step_budget_factor: float = param(2.0, 'steps before the battery is spent, times the shortest route', low=1.0, high=100.0)
     stop_on_loop: bool = param(True, 'end a flight as soon as a state comes back, not when its budget is spent')
+    centre_first: bool = param(True, 'fly slowly to the centre of the cell before the route begins')
+    start_reach_m: float = param(START_REACH_M, 'how far off the grid a flight may begin', low=0.0, high=100.0)
     pose_timeout_s: float = param(0.5, 'no pose for this long: zero velocity (steady time)', low=0.05, high=60.0)
     watchdog_rate_hz: float = param(50.0, 'rate of zero velocity while it holds (steady time)', low=1.0, high=200.0)
     autostart: bool = param(True, AUTOSTART_DOC)

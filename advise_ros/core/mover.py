@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 from advise_ros.core.grid import Grid
@@ -72,14 +73,7 @@ class CellMover:
     @property
     def outside_m(self) -> float:
         """How far off the grid the vehicle is, 0 on it."""
-        grid = self.grid
-        off = (
-            max(origin - value, value - origin - size * grid.resolution_m, 0.0)
-            for value, origin, size in zip(
-                self._recent[-1].position_enu_m[:2], grid.origin_enu_m, (grid.width, grid.height), strict=True,
-            )
-        )
-        return max(off)
+        return off_grid_m(self.grid, self._recent[-1].position_enu_m)
 
     @property
     def arrived(self) -> bool:
@@ -118,3 +112,12 @@ def nearest_cell(grid: Grid, position_enu_m: Vector) -> int:
         for value, origin, size in zip(position_enu_m[:2], grid.origin_enu_m, (grid.width, grid.height), strict=True)
     )
     return grid.cell(x, y)
+
+
+def off_grid_m(grid: Grid, position_enu_m: Vector) -> float:
+    """Horizontal distance from the grid, 0 on it."""
+    off_m = (
+        max(origin - value, value - origin - size * grid.resolution_m, 0.0)
+        for value, origin, size in zip(position_enu_m[:2], grid.origin_enu_m, (grid.width, grid.height), strict=True)
+    )
+    return math.hypot(*off_m)

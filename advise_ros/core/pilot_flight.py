@@ -7,15 +7,16 @@ from collections.abc import Callable
 from advise_ros.core.grid import Grid
 from advise_ros.core.mover import NS, CellMover, Pose
 from advise_ros.core.seeking import ZERO, SeekSettings, Vector
+from advise_ros.core.start import CENTRING_S, START_REACH_M, check_reach
 from advise_ros.core.transit import Transit
 
 
 class PilotFlight:
     """Flies the moves that `choose` names for each state, then home; a pure function of the poses and choices.
 
-    The flight begins in the cell of the first pose. A move off the grid leaves the vehicle where it is and
-    counts. The route ends at the centre of the final waypoint, in a blocked cell or after `max_moves`; then
-    the vehicle flies to `home` over free cells (None: the cell of the first pose).
+    The flight begins at the centre of the cell of the first pose, or of the nearest one. A move off the grid
+    leaves the vehicle where it is and counts. The route ends at the centre of the final waypoint, in a blocked
+    cell or after `max_moves`; then the vehicle flies to `home` over free cells (None: the cell of the first pose).
 
     Attributes:
         moves: moves chosen so far.
@@ -34,7 +35,7 @@ class PilotFlight:
         self._transit: Transit | None = None
         self._leg_states: tuple[int, int] | None = None
         self._chosen: tuple[int, int] | None = None  # A state ahead and its action.
-        self._blown_out = False
+        self._blown_out = self._centred = False
         self._began_ns: int | None = None
         self.moves = 0
         self.seconds = 0.0
@@ -59,10 +60,12 @@ class PilotFlight:
         """Command for a pose, (east, north, up) in m/s.
 
         Raises:
-            InputError: there is no way home over free cells.
+            InputError: there is no way home over free cells, or the first pose is more than START_REACH_M off the grid.
         """
         if self._transit is None:
-            self._began_ns = pose.stamp_ns if self._began_ns is None else self._began_ns
+            if self._began_ns is None:
+                check_reach(self._grid, pose.position_enu_m, START_REACH_M)
+                self._began_ns = pose.stamp_ns
             self.seconds = (pose.stamp_ns - self._began_ns) / NS
             self._mover.observe(pose)
             self._fly()
@@ -79,8 +82,16 @@ class PilotFlight:
             self._home = self._grid.cell_of(state)
         if self._grid.is_blocked(self._grid.cell_of(state)):
             self._go_home('a blocked cell ended it')
+        elif not self._centred and not self._at_centre():
+            return
         elif self._leg_states is None or state not in self._leg_states or self._blown_out or self._mover.arrived:
             self._depart(state)
+
+    def _at_centre(self) -> bool:
+        """Whether it has come to the centre of its first cell, or has tried for CENTRING_S."""
+        self._mover.go(self._mover.cell, self._mover.cell)
+        self._centred = self._mover.arrived or self.seconds > CENTRING_S
+        return self._centred
 
     def _come_back(self) -> None:
         """Off the grid: to the centre of the nearest cell, as a person would."""

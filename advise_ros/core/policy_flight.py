@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import math
+from collections import deque
 from dataclasses import dataclass
 from enum import IntEnum
 
 from advise_ros.core.errors import InputError
 from advise_ros.core.grid import N_ACTIONS, Grid
-from advise_ros.core.mover import NS, CellMover, Pose
+from advise_ros.core.mover import NS, CellMover, Pose, nearest_cell, off_grid_m
 from advise_ros.core.rollout import step_budget
 from advise_ros.core.seeking import ZERO, SeekSettings, Vector, brake_distance_m
-from advise_ros.core.transit import Transit, shortest_way
+from advise_ros.core.start import START_REACH_M, Centring, start_cell_of
+from advise_ros.core.transit import Transit
 
 # A vehicle that swings out of the grid steers back; this many cells outside, the flight is lost.
 LOST_CELLS = 0.5
@@ -41,10 +44,13 @@ class FlightPlan:
     Attributes:
         grid: the policy's grid.
         greedy: (n_states,) action by state.
-        start_cell: cell to fly to before the route begins; -1: begin in the present one.
+        start_cell: cell to fly to before the route begins; -1: begin at the centre of the present or nearest one.
         step_budget: steps before the battery counts as spent; 0: `step_budget_factor` times the shortest route.
         stop_on_loop: end a flight as BUDGET_SPENT as soon as a state comes back. A greedy policy that does not
             leave the grid's rules would go round until the budget is spent; this saves the time of it.
+        centre_first: fly slowly to the centre of the cell before the route begins; False, as flights that
+            were recorded before there was this: begin wherever in its cell the vehicle is, and never off the grid.
+        start_reach_m: how far off the grid a flight may begin.
 
     Raises:
         InputError: the policy does not fit the grid, or the start cell is blocked or outside.
@@ -56,6 +62,8 @@ class FlightPlan:
     step_budget: int = 0
     step_budget_factor: float = 2.0
     stop_on_loop: bool = True
+    centre_first: bool = True
+    start_reach_m: float = START_REACH_M
 
     def __post_init__(self) -> None:
         if len(self.greedy) != self.grid.n_states:
@@ -78,28 +86,21 @@ class FlightPlan:
         return max(1, step_budget(self.grid, start_state, self.step_budget_factor))
 
 
-def check_start(grid: Grid, position_enu_m: Vector, start_cell: int) -> None:
-    """Say no before a flight that cannot begin.
+def check_start(plan: FlightPlan, position_enu_m: Vector) -> None:
+    """Refuse a flight that cannot begin, before it is accepted.
 
     Raises:
-        InputError: off the grid or in a blocked cell without a start cell to go to, or no way to it.
+        InputError: too far off the grid, in a blocked cell without a start cell to go to, or no way to it.
     """
-    x, y, _ = position_enu_m
-    cell = grid.cell_at(x, y)
-    if start_cell >= 0:
-        if cell is not None:
-            shortest_way(grid, cell, start_cell)
-        return
-    if cell is None:
-        raise InputError(f'the vehicle is off the grid at east {x:.1f} m, north {y:.1f} m; fly it there or give a start_cell')
-    if grid.is_blocked(cell):
-        raise InputError(f'the vehicle is in the blocked cell {list(grid.xy(cell))}; fly it out or give a start_cell')
+    reach_m = plan.start_reach_m if plan.centre_first or plan.start_cell >= 0 else 0.0
+    start_cell_of(plan.grid, position_enu_m, plan.start_cell, reach_m)
 
 
 class PolicyFlight:
     """Flies a plan; a pure function of the poses given, so that a replay rebuilds each command.
 
-    Feed it the poses in the order of their stamps. The first one begins the flight. The state follows
+    Feed it the poses in the order of their stamps. The first one begins the flight: it goes to the centre of its
+    cell (centre_first), then to the start cell, if there is one, and then along the route. The state follows
     CellTracker; a step ends where the centre of the next cell is reached, or where the vehicle was blown
     into another cell. The flight is over at the centre of the final waypoint, in a blocked cell, off the
     grid (by more than LOST_CELLS), when the budget is spent, or in a loop (see FlightPlan).
@@ -111,12 +112,14 @@ class PolicyFlight:
     def __init__(self, plan: FlightPlan, settings: SeekSettings) -> None:
         self.plan, self._settings = plan, settings
         grid = plan.grid
-        self.phase = Phase.FLYING if plan.start_cell < 0 else Phase.TO_START
-        self.state = 0 if plan.start_cell < 0 else grid.start_state(plan.start_cell)
+        begins_elsewhere = plan.centre_first or plan.start_cell >= 0
+        self.phase = Phase.TO_START if begins_elsewhere else Phase.FLYING
+        self.state = grid.start_state(plan.start_cell) if plan.start_cell >= 0 else 0
         self.steps = 0
-        self.step_budget = 0 if plan.start_cell < 0 else plan.budget(self.state)
+        self.step_budget = plan.budget(self.state) if plan.start_cell >= 0 else 0
         self.message = ''
-        self._transit = Transit(grid, plan.start_cell, settings) if plan.start_cell >= 0 else None
+        self._transits: deque[Centring | Transit] | None = None  # Ways to fly before the route; None before the first pose.
+        self._was_on_grid = False
         self._mover = CellMover(grid, settings)
         self._leg_states: tuple[int, int] | None = None  # The state left and the state flown to.
         self._flown: set[int] = set()
@@ -142,24 +145,55 @@ class PolicyFlight:
         if not self.phase.over:
             self.phase, self.message = phase, message
 
+    # -- to the start of the route -----------------------------------------------------------
     def _to_start(self, pose: Pose) -> Vector:
-        assert self._transit is not None
+        if self._transits is None:
+            self._transits = deque(self._ways_to_start(pose))
+        reach_m = self.plan.start_reach_m if self.plan.centre_first else math.inf
+        if self._is_lost(off_grid_m(self.plan.grid, pose.position_enu_m), reach_m):
+            return ZERO
         try:
-            velocity = self._transit.step(pose)
+            while self._transits:
+                velocity = self._transits[0].step(pose)
+                if not self._transits[0].finished:
+                    return velocity
+                self._transits.popleft()
         except InputError as problem:
             self.end(Phase.LOST, str(problem))
             return ZERO
-        if self._transit.finished:
-            self.phase = Phase.FLYING
-            return self.step(pose)
-        return velocity
+        self.phase = Phase.FLYING
+        return self.step(pose)
+
+    def _ways_to_start(self, pose: Pose) -> list[Centring | Transit]:
+        grid, start_cell = self.plan.grid, self.plan.start_cell
+        here = nearest_cell(grid, pose.position_enu_m)
+        ways: list[Centring | Transit] = []
+        if self.plan.centre_first and (start_cell < 0 or off_grid_m(grid, pose.position_enu_m) > 0.0):
+            ways.append(Centring(grid, pose, self._settings))
+        if start_cell >= 0:
+            ways.append(Transit(grid, start_cell, self._settings))
+        elif not grid.is_blocked(here):
+            self.state = grid.start_state(here)
+            self.step_budget = self.plan.budget(self.state)
+        return ways
+
+    def _is_lost(self, off_m: float, reach_m: float) -> bool:
+        """End the flight of a vehicle that is further off the grid than any of its swings."""
+        if off_m == 0.0:
+            self._was_on_grid = True
+        if off_m <= reach_m + LOST_CELLS * self.plan.grid.resolution_m:
+            return False
+        last = f'last in cell {self._cell_text(self.state)}' if self._was_on_grid else 'and has not been on it in this flight'
+        self.end(Phase.LOST, f'the vehicle is {off_m:.1f} m off the grid, {last}')
+        return True
 
     # -- along the route ---------------------------------------------------------------------
     def _fly(self, stamp_ns: int) -> None:
         state = self._mover.state
-        off_m = self._mover.outside_m
-        if state is None or off_m > LOST_CELLS * self.plan.grid.resolution_m:
-            self.end(Phase.LOST, f'the vehicle is {off_m:.1f} m off the grid, last in cell {self._cell_text(self.state)}')
+        if self._is_lost(self._mover.outside_m, 0.0):
+            return
+        if state is None:  # Beside the grid, where a flight without centre_first does not begin.
+            self.end(Phase.LOST, f'the vehicle is {self._mover.outside_m:.1f} m off the grid and has not been on it')
             return
         if self._leg_states is None:
             self._begin(state, stamp_ns)

@@ -201,7 +201,7 @@ class PolicyNode(ManagedNode):
         if (missing := self._missing(goal)) or self._pose is None:
             return missing
         try:
-            check_start(self._shelf.plan(goal).grid, self._pose.position_enu_m, goal.start_cell)
+            check_start(self._shelf.plan(goal), self._pose.position_enu_m)
         except InputError as problem:
             return str(problem)
         return ''

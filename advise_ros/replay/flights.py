@@ -127,6 +127,8 @@ def _plan(session: RecordedSession, comparison: Comparison, flight: Flight, conf
         max(int(one.value.step_budget) for one in flight.statuses) if grid == flown else 0,
         config.step_budget_factor,
         config.stop_on_loop,
+        config.centre_first,
+        config.start_reach_m,
     )
 
 

@@ -46,7 +46,10 @@ NEEDED: Mapping[str, tuple[str, ...]] = {
 }
 DEMONSTRATION_TOPIC = 'demonstration'
 # Parameters that bags of earlier versions do not hold, with what was done before there were any.
-EARLIER: Mapping[str, Mapping[str, Any]] = {'AdviseConfig': {'clustering': 'k_means', 'confirm': False}}
+EARLIER: Mapping[str, Mapping[str, Any]] = {
+    'AdviseConfig': {'clustering': 'k_means', 'confirm': False},
+    'PolicyConfig': {'centre_first': False},
+}
 
 ConfigT = TypeVar('ConfigT')
 

@@ -56,5 +56,5 @@ class PolicyShelf:
             raise InputError(self.problem)
         return FlightPlan(
             self._plan.grid, self._plan.greedy, int(goal.start_cell), int(goal.step_budget),
-            self._config.step_budget_factor, self._config.stop_on_loop,
+            self._config.step_budget_factor, self._config.stop_on_loop, self._config.centre_first, self._config.start_reach_m,
         )

@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 
 from advise_ros.core.demonstrator import Demonstrator
+from advise_ros.core.errors import InputError
 from advise_ros.core.grid import Action, Grid
+from advise_ros.core.mover import Pose
 from advise_ros.core.pilot_flight import PilotFlight
 from advise_ros.core.seeking import SeekSettings
 from advise_ros.core.tracker import CellTracker
@@ -119,3 +121,22 @@ def test_one_that_is_blown_off_the_grid_comes_back_and_goes_on() -> None:
             break
     assert flight.finished
     assert flight.ending == 'the final waypoint was reached'
+
+
+@pytest.mark.parametrize('position', [(0.9, -0.9), (-2.5, 0.3)])
+def test_it_begins_at_the_centre_of_its_cell(position: tuple[float, float]) -> None:
+    """Where take-off left it beside the centre, or off the grid."""
+    grid = square(3)
+    flight = PilotFlight(grid, best(grid).__getitem__, SETTINGS, 50)
+    for pose, _ in fly(flight.step, LazyVehicle([*position, 3.0]), limit_s=120.0):
+        if flight.moves:
+            assert pose.position_enu_m[:2] == pytest.approx((0.0, 0.0), abs=SETTINGS.arrival_radius_m)
+            break
+    assert (flight.home, flight.moves > 0) == (0, True)
+
+
+def test_it_does_not_begin_far_off_the_grid() -> None:
+    grid = square(3)
+    flight = PilotFlight(grid, best(grid).__getitem__, SETTINGS, 50)
+    with pytest.raises(InputError, match=r'is 39.0 m off the grid, at east -40.0 m, .*nearest cell is \[0, 0\]'):
+        flight.step(Pose(1, (-40.0, 0.0, 3.0)))

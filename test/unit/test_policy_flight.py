@@ -1,6 +1,8 @@
 """Flights of hand-made policies, in plain arithmetic."""
 
+import math
 import random
+import re
 import struct
 from dataclasses import replace
 
@@ -11,6 +13,7 @@ from advise_ros.core.grid import Action, Grid
 from advise_ros.core.mover import NS, Pose
 from advise_ros.core.policy_flight import FlightPlan, Phase, PolicyFlight, check_start
 from advise_ros.core.seeking import ZERO, SeekSettings, Vector
+from advise_ros.core.start import CENTRING_M_S, CENTRING_S
 from support.policies import best, square
 from support.vehicle import LazyVehicle, fly
 
@@ -218,12 +221,85 @@ def test_a_plan_that_does_not_fit_is_refused_in_words(changes: dict[str, object]
         FlightPlan(**{'grid': grid, 'greedy': best(grid), **changes})  # type: ignore[arg-type]
 
 
+def start_of(flight: PolicyFlight, vehicle: LazyVehicle) -> list[tuple[Pose, Vector]]:
+    """Poses and commands until the route begins; the flight is flown on to its end."""
+    way = []
+    for pose, command in fly(flight.step, vehicle, limit_s=300.0):
+        if flight.phase is Phase.TO_START:
+            way.append((pose, command))
+        if flight.phase.over:
+            return way
+    raise AssertionError(f'not over: {flight.phase.name}')
+
+
+@pytest.mark.parametrize('wind_m_s', [(0.0, 0.0), (0.3, 0.0), (-0.2, 0.2)])
+@pytest.mark.parametrize(('position', 'cell'), [
+    ((0.9, -0.9), 0), ((-2.0, 0.5), 0), ((-1.1, -3.5), 0), ((6.5, 2.4), 5), ((2.5, 1.6), 4),
+])  # fmt: skip
+def test_it_goes_slowly_to_the_centre_of_its_cell_before_the_route(
+    position: tuple[float, float], cell: int, wind_m_s: tuple[float, float],
+) -> None:
+    """Take-off leaves a PX4 beside the centre, or a metre or two off the grid."""
+    grid = square(3)
+    vehicle = LazyVehicle([*position, grid.altitude_m], wind_m_s=wind_m_s)
+    plan = FlightPlan(grid, best(grid))
+    check_start(plan, (*position, grid.altitude_m))
+    flight = PolicyFlight(plan, replace(SETTINGS, speed_m_s=2.0))
+    way = start_of(flight, vehicle)
+    assert way, 'the way to the centre is flown'
+    assert max(math.hypot(*command[:2]) for _, command in way) <= CENTRING_M_S + 1e-9
+    at = way[-1][0].position_enu_m
+    assert math.dist(at[:2], grid.centre_enu_m(cell)) < SETTINGS.arrival_radius_m + 0.15
+    assert (flight.phase, flight.waypoints_reached) == (Phase.SUCCEEDED, 4), flight.message
+
+
+def test_in_the_centre_the_route_begins_with_the_first_pose() -> None:
+    grid = square(3)
+    flight = PolicyFlight(FlightPlan(grid, best(grid)), SETTINGS)
+    assert flight.phase is Phase.TO_START
+    flight.step(Pose(1, (0.1, 0.2, 3.0)))
+    assert flight.phase is Phase.FLYING
+
+
+def test_a_wind_that_keeps_it_beside_the_centre_does_not_keep_it_from_the_route() -> None:
+    grid = square(3)
+    vehicle = LazyVehicle([0.9, 0.0, grid.altitude_m], wind_m_s=(0.45, 0.0))
+    flight = PolicyFlight(FlightPlan(grid, best(grid)), SETTINGS)
+    way = start_of(flight, vehicle)
+    assert way[-1][0].stamp_ns / NS == pytest.approx(CENTRING_S, abs=0.2)
+    assert flight.steps > 0
+
+
+def test_a_vehicle_that_is_blown_away_on_its_way_to_the_grid_is_lost() -> None:
+    grid = square(3)
+    flight = PolicyFlight(FlightPlan(grid, best(grid)), SETTINGS)
+    start_of(flight, LazyVehicle([-2.0, 0.0, grid.altitude_m], wind_m_s=(-1.5, 0.0)))
+    assert flight.phase is Phase.LOST
+    assert re.fullmatch(r'the vehicle is 4\.\d m off the grid, and has not been on it in this flight', flight.message)
+
+
+def test_one_recorded_before_there_was_a_way_to_the_centre_flies_as_it_did() -> None:
+    grid = square(3)
+    plan = FlightPlan(grid, best(grid), centre_first=False)
+    flight = PolicyFlight(plan, SETTINGS)
+    assert flight.phase is Phase.FLYING
+    assert flight.step(Pose(1, (0.0, 0.5, 3.0)))[0] > CENTRING_M_S
+    with pytest.raises(InputError, match='off the grid'):
+        check_start(plan, (-1.5, 0.0, 3.0))
+
+
 def test_a_flight_that_cannot_begin_is_refused_in_words() -> None:
     grid = replace(square(3), blocked=(4,))
-    with pytest.raises(InputError, match=r'off the grid at east -5.0 m, north 0.0 m'):
-        check_start(grid, (-5.0, 0.0, 3.0), -1)
+    anywhere, to_cell_0 = FlightPlan(grid, best(grid)), FlightPlan(grid, best(grid), start_cell=0)
+    for plan in (anywhere, to_cell_0):
+        with pytest.raises(InputError, match=r'is 4.0 m off the grid, at east -5.0 m, .*nearest cell is \[0, 0\]; .*at most 3 m'):
+            check_start(plan, (-5.0, 0.0, 3.0))
     with pytest.raises(InputError, match=r'in the blocked cell \[1, 1\]'):
-        check_start(grid, (2.0, 2.0, 3.0), -1)
-    check_start(grid, (2.0, 2.0, 3.0), 0)
-    check_start(grid, (-5.0, 0.0, 3.0), 0)
-    check_start(grid, (0.0, 0.0, 3.0), -1)
+        check_start(anywhere, (2.0, 2.0, 3.0))
+    corner = replace(grid, blocked=(2,), waypoints=(8,))
+    with pytest.raises(InputError, match=r'off the grid beside the blocked cell \[2, 0\]'):
+        check_start(FlightPlan(corner, (0,) * corner.n_states), (6.0, -2.0, 3.0))
+    check_start(to_cell_0, (2.0, 2.0, 3.0))
+    check_start(to_cell_0, (-3.0, 0.0, 3.0))
+    check_start(anywhere, (-3.0, 0.0, 3.0))
+    check_start(anywhere, (0.0, 0.0, 3.0))
