@@ -278,6 +278,10 @@ class MavlinkBridgeConfig(ChecksConfig):
     signing_key_file: str = param('', SIGNING_DOC)
     target_system: int = param(0, 'system id of the vehicle; 0: the first multicopter that is heard', low=0, high=255)
     pose_rate_hz: float = param(20.0, 'positions asked of the autopilot', low=1.0, high=200.0)
+    clock: str = param(
+        'ros', "autopilot: publishes the autopilot's time on /clock, for a SITL not in real time; set use_sim_time on all others",
+        choices=('ros', 'autopilot'),
+    )
     takeoff_altitude_m: float = param(0.0, 'take-off altitude; 0: the grid altitude', low=0.0, high=500.0)
     heartbeat_timeout_s: float = param(3.0, 'no heartbeat for this long: link lost (steady time)', low=0.5, high=60.0)
     ready_timeout_s: float = param(120.0, 'longest wait for readiness before a take-off (steady time)', low=1.0, high=3600.0)

@@ -14,6 +14,7 @@ from advise_ros.mavlink.messages import Message
 from advise_ros.mavlink.px4 import Px4
 from advise_ros.mavlink.rates import RateWatch
 from advise_ros.mavlink.requests import Goal, Request
+from advise_ros.mavlink.timesync import Timesync
 from advise_ros.mavlink.vehicle import Address, Vehicle
 
 HEARTBEAT_S = 1.0
@@ -63,6 +64,7 @@ class Companion:
         self._open: Request | None = None
         self._heartbeat_s = -math.inf
         self._rates = RateWatch(self.vehicle)
+        self.timesync = Timesync()
         self._was_connected = False
         self._link_problem = ''
         self._resting = ''
@@ -70,6 +72,8 @@ class Companion:
     def observe(self, message: Message, at_s: float, address: Address | None = None) -> bool:
         """Take a message in; False if it is not from our autopilot."""
         ours = self.vehicle.observe(message, at_s, address)
+        if ours and message.get_msgId() == mav.TIMESYNC:
+            self.timesync.take(message, at_s)
         if ours and self._machine is None and self.vehicle.autopilot in MACHINES:
             self._machine = MACHINES[self.vehicle.autopilot](self.vehicle, self._settings.ready_timeout_s)
         return ours
@@ -86,6 +90,7 @@ class Companion:
             out += self._rates.due(self._wanted(self._machine), now_s)
             self.vehicle.forget_silent(now_s)
             out += self._machine.step(now_s)
+            out += self.timesync.due(now_s)
         self._answer_late(now_s)
         return out
 
@@ -98,6 +103,7 @@ class Companion:
 
     def _lose_link(self) -> None:
         self._rates.forget()
+        self.timesync.forget()
         self.vehicle.heard_at_s.clear()
         # Its mode may have changed meanwhile: whatever else is heard first, only a new heartbeat tells.
         self.vehicle.heartbeat_at_s = -math.inf

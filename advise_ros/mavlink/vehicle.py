@@ -11,6 +11,7 @@ from typing import NamedTuple
 from advise_ros.mavlink import messages as mav
 from advise_ros.mavlink.frames import Vector, enu_from_ned, yaw_enu_from_ned
 from advise_ros.mavlink.messages import Message
+from advise_ros.mavlink.stamps import BootOrder
 
 # Who sent a datagram; None on a line with two ends.
 Address = tuple[str, int]
@@ -19,8 +20,6 @@ Address = tuple[str, int]
 CHUNK, LONGEST_TEXT = 50, 400
 # The mode is in the heartbeat: without one for this many time-outs the link counts as lost whatever else is heard.
 HEARTBEATS_LOST = 3.0
-# Older than this, a position's time is that of before a reboot, and no late message.
-REBOOT_MS = 5000
 
 # A fact that was not repeated for this long is no fact any more; each is asked for twice a second or more.
 FACT_S = 6.0
@@ -103,6 +102,7 @@ class Vehicle:
     heard_at_s: dict[int, float] = field(default_factory=dict)
     heard: Counter[int] = field(default_factory=Counter)
     _chunks: tuple[int, int, str] = (0, 0, '')
+    _order: BootOrder = field(default_factory=BootOrder)
 
     def connected(self, now_s: float) -> bool:
         """Whether it is heard. A bad link loses some heartbeats in a row; what comes between them shows that it lives."""
@@ -183,9 +183,10 @@ class Vehicle:
     def _on_position(self, message: Message, now_s: float) -> None:
         """A repeated or overtaken position is no news."""
         boot_ms = int(message.time_boot_ms)
-        if self.motion is not None and boot_ms <= self.motion.time_boot_ms:
-            if boot_ms + REBOOT_MS >= self.motion.time_boot_ms:
-                return
+        reboots = self._order.reboots
+        if not self._order.is_news(boot_ms):
+            return
+        if self._order.reboots != reboots:
             self._reboot()
         self.position_fresh = True
         self.motion = Motion(

@@ -34,17 +34,13 @@ from advise_ros.nodes.guard import (
     sentry_of,
 )
 from advise_ros.ros import diagnostics, parameters, qos, run
+from advise_ros.ros.autopilot_clock import ClockTeller
 from advise_ros.ros.convert import MAP_FRAME
 from advise_ros.ros.managed import ManagedNode
+from advise_ros.ros.simulated_clock import REMEDY
 from advise_ros.ros.vehicle_teller import STATUS_PERIOD_S, VehicleTeller
 
 LINK_CLOSED = 'the bridge was cleaned up and its link is closed'
-# A reboot or a clock that is set sets stamps anew once; this often, the clocks run at different speeds.
-REFIXES_TOLD = 3
-TWO_CLOCKS = (
-    "the autopilot's clock and this node's run at different speeds, so the stamps of poses jump; "
-    'with a simulation that is not in real time set use_sim_time:=true for every node'
-)
 
 
 class MavlinkBridge(ManagedNode):
@@ -83,6 +79,7 @@ class MavlinkBridge(ManagedNode):
         self._reason = ''
         self._diagnosed: tuple[Status, str] | None = None
         self._diagnosed_s = -math.inf
+        self._clocks = ClockTeller(self, self.config.clock)
         self._simulated_time = bool(self.get_parameter('use_sim_time').value)
         self._teller = VehicleTeller(self, simulated_time=self._simulated_time)
         self.diagnostics.meter('pose', 'cmd_vel')
@@ -165,11 +162,14 @@ class MavlinkBridge(ManagedNode):
             self._step(self._link, time.monotonic())
 
     def _take(self, link: Link, received: Received) -> None:
-        vehicle = self._companion.vehicle
+        vehicle, bounds = self._companion.vehicle, self._companion.timesync.bounds
         motion, battery, text = vehicle.motion, vehicle.battery, vehicle.text
         if not self._companion.observe(received.message, received.at_s, received.source):
             return
         link.answer_to(received.source)
+        self._clocks.take(received.message)
+        if self._companion.timesync.bounds is not bounds and self._companion.timesync.bounds is not None:
+            self._teller.stamper.bounded(self._companion.timesync.bounds, received.at_s)
         if vehicle.motion is not motion and vehicle.motion is not None:
             boot_ns = vehicle.motion.time_boot_ms * NS_PER_MS
             self._sentry.pose(vehicle.motion.position_enu_m, MAP_FRAME, vehicle.motion.at_s, stamp_ns=boot_ns)
@@ -182,8 +182,6 @@ class MavlinkBridge(ManagedNode):
     def _publish_pose(self, motion: Motion, attitude: Attitude | None) -> None:
         self._teller.pose(motion, attitude)
         self.diagnostics.tick('pose')
-        if self._teller.stamper.refixed >= REFIXES_TOLD:
-            self.get_logger().warning(TWO_CLOCKS, once=True)
 
     def _step(self, link: Link, now_s: float) -> None:
         self._transmit(self._companion.step(now_s, link.problem or link.doubt))
@@ -242,6 +240,10 @@ class MavlinkBridge(ManagedNode):
             response.success = False
             response.message = "take-off refused: its altitude is unknown; set the parameter 'takeoff_altitude_m' or 'grid_file'"
             return response
+        problem = self._teller.simulated_clock.problem(time.monotonic())
+        if self._link is not None and problem:
+            response.success, response.message = False, f'take-off refused: {problem}; {REMEDY}'
+            return response
         return await self._ask(Goal.TAKEOFF, response)
 
     async def _on_land(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
@@ -273,16 +275,21 @@ class MavlinkBridge(ManagedNode):
         if status is None or ((status, self._reason) == self._diagnosed and now_s - self._diagnosed_s < STATUS_PERIOD_S):
             return
         self._diagnosed, self._diagnosed_s = (status, self._reason), now_s
+        clocks = self._clocks.problem(different_speeds=self._teller.stamper.different_speeds)
+        if clocks:
+            self.get_logger().warning(clocks, once=True)
         fence = '' if self._limits.fence else NO_FENCE
         stopped = f'stopped until released: {self._sentry.latched}' if self._sentry.latched and not self._reason else ''
         sentences = [text for text in (
             f'waiting for {status.waiting_for}' if status.waiting_for else '', self._reason, stopped, fence,
-            TWO_CLOCKS if self._teller.stamper.refixed >= REFIXES_TOLD else '',
+            clocks,
         ) if text]
         level = diagnostics.ERROR if not status.connected else diagnostics.WARN if sentences else diagnostics.OK
+        round_trip_s = self._companion.timesync.round_trip_s(now_s)
         well = 'commands reach the vehicle' if status.commandable else 'ready'
         self.diagnostics.set(level, '; '.join(sentences) or well, {
             'url': self.config.url, 'mode': status.mode, 'autopilot text': status.text,
+            'to the autopilot and back (s)': 'unknown' if round_trip_s is None else f'{round_trip_s:.3f}',
             'bytes of no known message': link.bad_bytes, 'messages not sent': link.unsent,
             'frames refused by their signature': link.refused_signatures,
             'messages refused for impossible numbers': self._companion.vehicle.refused_numbers,

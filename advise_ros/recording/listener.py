@@ -17,7 +17,7 @@ from advise_ros.mavlink.messages import (
     dialect,
     message_interval,
 )
-from advise_ros.mavlink.stamps import Stamper
+from advise_ros.mavlink.stamps import BootOrder, Stamper
 from advise_ros.recording.tlog import SET_POSITION_TARGET_LOCAL_NED, in_air_from, is_velocity
 
 # The second onboard computer: the first is the bridge.
@@ -36,7 +36,7 @@ class Listener:
 
     def __init__(self, link: Link, recorder: Recorder, *, simulated: bool) -> None:
         self._link, self._recorder = link, recorder
-        self._stamper = Stamper(simulated=simulated)
+        self._order, self._stamper = BootOrder(), Stamper(simulated=simulated)
         self._armed = False
         self._in_air: bool | None = None
         self._asked_s = self._position_s = -math.inf
@@ -61,14 +61,17 @@ class Listener:
             self._link.answer_to(received.source)
             if kind == LOCAL_POSITION_NED:
                 self._position_s = steady_s
-                self._position(message, now_ns)
+                self._position(received, now_ns, steady_s)
             elif kind in (HEARTBEAT, EXTENDED_SYS_STATE):
                 self._state(message, now_ns)
         elif self.vehicle is not None and kind == SET_POSITION_TARGET_LOCAL_NED:
             self._setpoint(message, now_ns)
 
-    def _position(self, message: Message, now_ns: int) -> None:
-        stamp_ns = self._stamper.stamp_ns(message.time_boot_ms, now_ns)
+    def _position(self, received: Received, now_ns: int, steady_s: float) -> None:
+        message = received.message
+        if not self._order.is_news(message.time_boot_ms):
+            return
+        stamp_ns = self._stamper.stamp_ns(message.time_boot_ms, received.at_s, now_ns, steady_s)
         if stamp_ns is not None:
             self.positions += 1
             self._recorder.pose(stamp_ns, enu_from_ned((message.x, message.y, message.z)))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import time
 
 from geometry_msgs.msg import PoseStamped
 from rclpy.node import Node
@@ -14,9 +15,9 @@ from advise_ros.mavlink.stamps import Stamper
 from advise_ros.mavlink.vehicle import Attitude, Battery, Motion
 from advise_ros.ros import qos
 from advise_ros.ros.convert import MAP_FRAME, stamp_from_ns
+from advise_ros.ros.simulated_clock import SimulatedClock
 
 STATUS_PERIOD_S = 1.0
-NO_CLOCK = 'a clock: use_sim_time is set, but nothing is heard on /clock'
 
 
 class VehicleTeller:
@@ -25,11 +26,13 @@ class VehicleTeller:
     Attributes:
         status: as last published, None before.
         stamper: gives poses their stamps.
+        simulated_clock: whether there is a clock to stamp by.
     """
 
     def __init__(self, node: Node, *, simulated_time: bool) -> None:
         self._clock = node.get_clock()
         self._simulated_time = simulated_time
+        self.simulated_clock = SimulatedClock(node, simulated_time=simulated_time)
         self._pose = node.create_publisher(PoseStamped, 'pose', qos.SENSOR)
         self._battery = node.create_publisher(BatteryState, 'battery_state', qos.SENSOR)
         self._statuses = node.create_publisher(VehicleStatus, 'vehicle_status', qos.latched())
@@ -43,7 +46,7 @@ class VehicleTeller:
 
     def pose(self, motion: Motion, attitude: Attitude | None) -> None:
         """Publish it, unless it is a repetition or there is no clock to stamp it by."""
-        stamp_ns = self.stamper.stamp_ns(motion.time_boot_ms, self._clock.now().nanoseconds)
+        stamp_ns = self.stamper.stamp_ns(motion.time_boot_ms, motion.at_s, self._clock.now().nanoseconds, time.monotonic())
         if stamp_ns is None:
             return
         message = PoseStamped()
@@ -65,8 +68,9 @@ class VehicleTeller:
 
     def tell(self, status: Status, now_s: float) -> None:
         """Publish it at every change, and every STATUS_PERIOD_S."""
-        if status.connected and self._clock.now().nanoseconds <= 0:  # Poses have no stamps yet.
-            status = status._replace(commandable=False, waiting_for=NO_CLOCK)
+        problem = self.simulated_clock.problem(now_s)
+        if status.connected and problem:  # Poses have no stamps.
+            status = status._replace(commandable=False, waiting_for=f'a clock: {problem}')
         if status == self.status and now_s - self._status_s < STATUS_PERIOD_S:
             return
         self.status, self._status_s = status, now_s
