@@ -19,6 +19,8 @@ from advise_ros.core.start import START_REACH_M
 
 ConfigT = TypeVar('ConfigT')
 Scalar = bool | int | float | str
+# A choice that YAML, and so `-p name:=off`, reads as false.
+YAML_OFF = 'off'
 
 
 def param(
@@ -51,6 +53,8 @@ def check(spec: Field[Any], value: Scalar) -> Scalar:
         InputError: wrong type or out of range; names parameter, value and allowed range.
     """
     wanted = type(spec.default)
+    if value is False and YAML_OFF in spec.metadata['choices']:
+        value = YAML_OFF
     if wanted is float and isinstance(value, int) and not isinstance(value, bool):
         value = float(value)
     if type(value) is not wanted:
@@ -240,6 +244,10 @@ class ChecksConfig:
     max_acceleration_m_s2: float = param(
         10.0, 'how fast a commanded velocity may grow (steady time); raise it where a simulation runs faster',
         low=0.1, high=10_000.0,
+    )
+    fence: str = param(
+        'auto', 'auto: stand inside the fence of grid_file or fence_polygon, and refuse to become active without; off: none',
+        choices=('auto', 'off'),
     )
     fence_polygon: str = param(
         '', "corners of the fence in metres east and north, '-2,-2 12,-2 12,12 -2,12'; empty: the grid with its margin",

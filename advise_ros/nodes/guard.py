@@ -14,7 +14,7 @@ from advise_ros.core import guard
 from advise_ros.core.errors import InputError
 from advise_ros.core.fence import Fence, corners_from_text, fence_around
 from advise_ros.core.grid import Grid
-from advise_ros.core.sentry import Sentry, SentrySettings
+from advise_ros.core.guard_monitor import GuardMonitor, MonitorSettings
 from advise_ros.recording.gridfile import load_grid
 from advise_ros.ros import diagnostics, parameters, qos, run
 from advise_ros.ros.arrival import ArrivalWatch
@@ -23,7 +23,7 @@ from advise_ros.ros.deadline import Deadline
 from advise_ros.ros.flying import velocity_command
 from advise_ros.ros.managed import ManagedNode
 
-NO_FENCE = 'the fence is off (no grid_file, no fence_polygon)'
+FENCE_OFF = 'the fence is off (fence:=off)'
 ASKED = 'somebody asked for it'
 
 
@@ -40,7 +40,7 @@ def limits_of(config: ChecksConfig, grid: Grid | None) -> guard.Limits:
     """What commands must keep to.
 
     Raises:
-        InputError: the fence is no polygon, or its altitude is unknown.
+        InputError: there is no fence and `fence` is not off, it is no polygon, or its altitude is unknown.
     """
     return guard.Limits(
         max_speed_m_s=config.max_speed_m_s, max_climb_m_s=config.max_climb_m_s,
@@ -53,6 +53,10 @@ def limits_of(config: ChecksConfig, grid: Grid | None) -> guard.Limits:
 
 
 def _fence_of(config: ChecksConfig, grid: Grid | None) -> Fence | None:
+    if config.fence == 'off':
+        return None
+    if grid is None and not config.fence_polygon:
+        raise InputError("there is no fence; name one by 'grid_file' or 'fence_polygon', or fly without by fence:=off")
     around = None if grid is None else fence_around(grid, config.fence_margin_m, config.altitude_band_m)
     if config.fence_low_m < config.fence_high_m and around is not None:
         around = around._replace(low_m=config.fence_low_m, high_m=config.fence_high_m)
@@ -66,35 +70,35 @@ def _fence_of(config: ChecksConfig, grid: Grid | None) -> Fence | None:
     return Fence(corners, config.fence_low_m, config.fence_high_m)
 
 
-def sentry_of(config: ChecksConfig, limits: guard.Limits) -> Sentry:
+def monitor_of(config: ChecksConfig, limits: guard.Limits) -> GuardMonitor:
     """The guard with its memory."""
-    return Sentry(limits, SentrySettings(config.max_acceleration_m_s2, config.jump_m, config.latch))
+    return GuardMonitor(limits, MonitorSettings(config.max_acceleration_m_s2, config.jump_m, config.latch))
 
 
-def renewed(sentry: Sentry, config: ChecksConfig, limits: guard.Limits) -> Sentry:
+def renewed(monitor: GuardMonitor, config: ChecksConfig, limits: guard.Limits) -> GuardMonitor:
     """A guard that has heard nothing yet; a stop holds on."""
-    fresh = sentry_of(config, limits)
-    fresh.latched = sentry.latched
+    fresh = monitor_of(config, limits)
+    fresh.latched = monitor.latched
     return fresh
 
 
-def put_command(sentry: Sentry, message: TwistStamped, now_s: float, now_ns: int) -> None:
+def put_command(monitor: GuardMonitor, message: TwistStamped, now_s: float, now_ns: int) -> None:
     """A command that arrives now, by steady time and by the node's clock."""
     linear = message.twist.linear
     command = guard.Command((linear.x, linear.y, linear.z), message.header.frame_id, 0.0, message.twist.angular.z)
-    sentry.command(command, now_s, stamp_ns=stamp_to_ns(message.header.stamp), now_ns=now_ns)
+    monitor.command(command, now_s, stamp_ns=stamp_to_ns(message.header.stamp), now_ns=now_ns)
 
 
-def answer_stop(sentry: Sentry, response: Trigger.Response) -> Trigger.Response:
+def answer_stop(monitor: GuardMonitor, response: Trigger.Response) -> Trigger.Response:
     """Stop until released."""
-    sentry.stop(ASKED)
-    response.success, response.message = True, f'stopped until released: {sentry.latched}'
+    monitor.stop(ASKED)
+    response.success, response.message = True, f'stopped until released: {monitor.latched}'
     return response
 
 
-def answer_release(sentry: Sentry, response: Trigger.Response) -> Trigger.Response:
+def answer_release(monitor: GuardMonitor, response: Trigger.Response) -> Trigger.Response:
     """End a latched stop."""
-    why = sentry.release()
+    why = monitor.release()
     response.success, response.message = bool(why), f'released; it was stopped: {why}' if why else 'it was not stopped'
     return response
 
@@ -120,14 +124,14 @@ class Guard(ManagedNode):
         super().__init__('guard')
         self.config = parameters.load(self, GuardConfig)
         self._limits = guard.Limits()
-        self._sentry = sentry_of(self.config, self._limits)
+        self._monitor = monitor_of(self.config, self._limits)
         self._arrivals = ArrivalWatch()
         self._commanded = False
         self.diagnostics.meter('pose', 'cmd_vel')
         self._checked = self.create_publisher(TwistStamped, 'guard/cmd_vel', qos.COMMAND)
         self._pose = self.create_publisher(PoseStamped, 'guard/pose', qos.SENSOR)
-        self.create_service(Trigger, 'guard/stop', lambda _, response: answer_stop(self._sentry, response))
-        self.create_service(Trigger, 'guard/release', lambda _, response: answer_release(self._sentry, response))
+        self.create_service(Trigger, 'guard/stop', lambda _, response: answer_stop(self._monitor, response))
+        self.create_service(Trigger, 'guard/release', lambda _, response: answer_release(self._monitor, response))
         self._tick = self.create_timer(
             1.0 / self.config.rate_hz, self._publish, clock=Clock(clock_type=ClockType.STEADY_TIME), autostart=False)
         self._late_pose = Deadline(self, self.config.pose_timeout_s, self._publish)
@@ -137,14 +141,14 @@ class Guard(ManagedNode):
     # -- life cycle --------------------------------------------------------------------------
     def open_up(self) -> None:
         self._limits = limits_of(self.config, load_grid_of(self.config))
-        self._sentry = renewed(self._sentry, self.config, self._limits)
+        self._monitor = renewed(self._monitor, self.config, self._limits)
         self._commanded = False
         self.hear(TwistStamped, 'cmd_vel', self._on_command, qos.COMMAND)
         self.hear(PoseStamped, 'pose', self._on_pose, qos.SENSOR)
         self._tick.reset()
 
     def end(self) -> None:
-        self._sentry.clear()
+        self._monitor.clear()
         if self._commanded:
             self._pass_on(guard.ZERO, 0.0)
 
@@ -160,7 +164,7 @@ class Guard(ManagedNode):
         at, header = message.pose.position, message.header
         header.frame_id = MAP_FRAME if header.frame_id == self.config.pose_frame else header.frame_id
         now_s, now_ns = time.monotonic() - waited, self.get_clock().now().nanoseconds
-        self._sentry.pose((at.x, at.y, at.z), header.frame_id, now_s, stamp_ns=stamp_to_ns(header.stamp), now_ns=now_ns)
+        self._monitor.pose((at.x, at.y, at.z), header.frame_id, now_s, stamp_ns=stamp_to_ns(header.stamp), now_ns=now_ns)
         self._late_pose.came(waited)
         self._pose.publish(message)
         self.diagnostics.tick('pose')
@@ -169,13 +173,13 @@ class Guard(ManagedNode):
         self.diagnostics.tick('cmd_vel')
         self._commanded = True
         if self.active:
-            put_command(self._sentry, message, time.monotonic(), self.get_clock().now().nanoseconds)
+            put_command(self._monitor, message, time.monotonic(), self.get_clock().now().nanoseconds)
             self._late_command.came()
         self._publish()
 
     def _publish(self) -> None:
         """What may be flown now; nothing before the first command, zero velocity before the first while active."""
-        verdict = self._sentry.verdict(time.monotonic())
+        verdict = self._monitor.verdict(time.monotonic())
         if verdict is not None:
             self._pass_on(verdict.velocity_enu_m_s, verdict.yaw_rate_rad_s)
         elif self._commanded:
@@ -188,7 +192,7 @@ class Guard(ManagedNode):
         self._checked.publish(message)
 
     def _say(self, reason: str) -> None:
-        sentences = [text for text in (reason, '' if self._limits.fence else NO_FENCE) if text]
+        sentences = [text for text in (reason, '' if self._limits.fence else FENCE_OFF) if text]
         self.diagnostics.set(diagnostics.WARN if sentences else diagnostics.OK, '; '.join(sentences) or 'commands pass')
 
 

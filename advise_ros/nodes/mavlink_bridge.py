@@ -24,14 +24,14 @@ from advise_ros.mavlink.signing import optional_key
 from advise_ros.mavlink.stamps import NS_PER_MS
 from advise_ros.mavlink.vehicle import Attitude, Motion
 from advise_ros.nodes.guard import (
-    NO_FENCE,
+    FENCE_OFF,
     answer_release,
     answer_stop,
     limits_of,
     load_grid_of,
+    monitor_of,
     put_command,
     renewed,
-    sentry_of,
 )
 from advise_ros.ros import diagnostics, parameters, qos, run
 from advise_ros.ros.autopilot_clock import ClockTeller
@@ -70,7 +70,7 @@ class MavlinkBridge(ManagedNode):
         super().__init__('mavlink_bridge')
         self.config = parameters.load(self, MavlinkBridgeConfig)
         self._limits = guard.Limits()
-        self._sentry = sentry_of(self.config, self._limits)
+        self._monitor = monitor_of(self.config, self._limits)
         self._altitude_m = 0.0
         self._companion = Companion(self._settings())
         self._link: Link | None = None
@@ -100,8 +100,8 @@ class MavlinkBridge(ManagedNode):
         self.create_service(SetBool, 'mavlink_bridge/arm', self._on_arm, callback_group=group)
         self.create_service(Trigger, 'mavlink_bridge/takeoff', self._on_takeoff, callback_group=group)
         self.create_service(Trigger, 'mavlink_bridge/land', self._on_land, callback_group=group)
-        self.create_service(Trigger, 'mavlink_bridge/stop', lambda _, response: answer_stop(self._sentry, response))
-        self.create_service(Trigger, 'mavlink_bridge/release', lambda _, response: answer_release(self._sentry, response))
+        self.create_service(Trigger, 'mavlink_bridge/stop', lambda _, response: answer_stop(self._monitor, response))
+        self.create_service(Trigger, 'mavlink_bridge/release', lambda _, response: answer_release(self._monitor, response))
         self._tick = self.create_timer(
             1.0 / self.config.rate_hz, self._on_tick, clock=Clock(clock_type=ClockType.STEADY_TIME), autostart=False)
 
@@ -109,7 +109,7 @@ class MavlinkBridge(ManagedNode):
     def open_up(self) -> None:
         grid = load_grid_of(self.config)
         self._limits = limits_of(self.config, grid)
-        self._sentry = renewed(self._sentry, self.config, self._limits)
+        self._monitor = renewed(self._monitor, self.config, self._limits)
         self._altitude_m = self.config.takeoff_altitude_m or (grid.altitude_m if grid else 0.0)
         self._companion = Companion(self._settings())
         self._companion.rest(f'{self.get_fully_qualified_name()} is inactive', time.monotonic())
@@ -123,13 +123,13 @@ class MavlinkBridge(ManagedNode):
         self._tick.reset()
 
     def begin(self) -> None:
-        self._sentry.clear()
+        self._monitor.clear()
         self._companion.resume()
 
     def end(self) -> None:
         """The vehicle stands (ArduPilot) or holds (PX4); what it says goes on being told."""
         self._transmit(self._companion.rest(f'{self.get_fully_qualified_name()} is inactive', time.monotonic()))
-        self._sentry.clear()
+        self._monitor.clear()
         self._reason = ''
         self._answer_requests()
 
@@ -172,7 +172,7 @@ class MavlinkBridge(ManagedNode):
             self._teller.stamper.bounded(self._companion.timesync.bounds, received.at_s)
         if vehicle.motion is not motion and vehicle.motion is not None:
             boot_ns = vehicle.motion.time_boot_ms * NS_PER_MS
-            self._sentry.pose(vehicle.motion.position_enu_m, MAP_FRAME, vehicle.motion.at_s, stamp_ns=boot_ns)
+            self._monitor.pose(vehicle.motion.position_enu_m, MAP_FRAME, vehicle.motion.at_s, stamp_ns=boot_ns)
             self._publish_pose(vehicle.motion, vehicle.attitude)
         if vehicle.battery is not battery and vehicle.battery is not None:
             self._teller.battery(vehicle.battery)
@@ -210,16 +210,16 @@ class MavlinkBridge(ManagedNode):
         now_s, now_ns = time.monotonic(), self.get_clock().now().nanoseconds
         if self._simulated_time:  # One that runs fast may lag behind the poses that commands are stamped with.
             now_ns = max(now_ns, self._teller.stamper.newest_ns)
-        put_command(self._sentry, message, now_s, now_ns)
+        put_command(self._monitor, message, now_s, now_ns)
         self._command(now_s)
 
     def _command(self, now_s: float) -> None:
         """Send what the guard lets through; nothing before the first command of a flight."""
         if not self._companion.commandable(now_s):
-            self._sentry.clear()
+            self._monitor.clear()
             self._reason = ''
             return
-        verdict = self._sentry.verdict(now_s)
+        verdict = self._monitor.verdict(now_s)
         if verdict is not None:
             self._reason = verdict.reason
             self._send(verdict.velocity_enu_m_s, verdict.yaw_rate_rad_s, now_s)
@@ -278,8 +278,8 @@ class MavlinkBridge(ManagedNode):
         clocks = self._clocks.problem(different_speeds=self._teller.stamper.different_speeds)
         if clocks:
             self.get_logger().warning(clocks, once=True)
-        fence = '' if self._limits.fence else NO_FENCE
-        stopped = f'stopped until released: {self._sentry.latched}' if self._sentry.latched and not self._reason else ''
+        fence = '' if self._limits.fence else FENCE_OFF
+        stopped = f'stopped until released: {self._monitor.latched}' if self._monitor.latched and not self._reason else ''
         sentences = [text for text in (
             f'waiting for {status.waiting_for}' if status.waiting_for else '', self._reason, stopped, fence,
             clocks,

@@ -6,7 +6,7 @@ Run them in the built environment: `make test`, or `./advise python -m pytest te
 `pytest -n` are fine; ADVISE_TEST_DOMAINS=10-19 restricts the choice), reachable from this machine only:
 
     def test_pose(graph, free_udp_port):
-        bridge = graph.start('mavlink_bridge', params={'url': f'udpin:127.0.0.1:{free_udp_port}'})
+        bridge = graph.start('mavlink_bridge', params={'url': f'udpin:127.0.0.1:{free_udp_port}', 'fence': 'off'})
         pose = graph.wait_for('pose', PoseStamped, lambda p: p.pose.position.z > 1, qos=qos.SENSOR)
         reply = graph.call(Trigger, 'mavlink_bridge/land')
         assert bridge.terminate() == 0

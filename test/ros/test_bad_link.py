@@ -20,7 +20,9 @@ def test_flies_through_losses_and_stands_when_the_link_is_cut(graph: Graph, free
 
     with LossyProxy(free_udp_port, 4, loss=0.3, delay_s=0.05, jitter_s=0.1) as proxy:
         graph.start('simulator', params={'endpoint': f'udpout:127.0.0.1:{proxy.vehicle_port}', 'ready_after_s': 1.0})
-        graph.start('mavlink_bridge', params={'url': f'udpin:127.0.0.1:{free_udp_port}', 'takeoff_altitude_m': 2.0})
+        graph.start('mavlink_bridge', params={
+            'url': f'udpin:127.0.0.1:{free_udp_port}', 'takeoff_altitude_m': 2.0, 'fence': 'off',
+        })
         wait_status(lambda s: s.ready)
         assert graph.call(Trigger, 'mavlink_bridge/takeoff').success
         wait_status(lambda s: s.commandable)

@@ -118,7 +118,7 @@ def test_the_policy_flies_while_it_is_active_only(graph: Graph) -> None:
 
 
 def test_ros2_lifecycle_can_list_what_it_may_ask(graph: Graph) -> None:
-    graph.start('guard')
+    graph.start('guard', {'fence': 'off'})
     assert state(graph, 'guard') == 'active'
     possible = graph.call(GetAvailableTransitions, 'guard/get_available_transitions').available_transitions
     assert {one.transition.label for one in possible} == {'deactivate', 'shutdown'}
@@ -127,7 +127,7 @@ def test_ros2_lifecycle_can_list_what_it_may_ask(graph: Graph) -> None:
 
 
 def test_an_inactive_guard_passes_zero_velocity_only(graph: Graph) -> None:
-    graph.start('guard', {'autostart': False})
+    graph.start('guard', {'autostart': False, 'fence': 'off'})
     flown = graph.listen('guard/cmd_vel', TwistStamped, qos.COMMAND)
     said(graph, 'guard', '/guard is unconfigured')
     assert 'stopped' in graph.call(Trigger, 'guard/stop').message
@@ -162,7 +162,7 @@ def test_an_inactive_guard_passes_zero_velocity_only(graph: Graph) -> None:
 
 def test_an_inactive_bridge_tells_and_lands_and_nothing_else(graph: Graph, free_udp_port: int) -> None:
     url = f'udpin:127.0.0.1:{free_udp_port}'
-    graph.start('mavlink_bridge', {'url': url, 'takeoff_altitude_m': 3.0})
+    graph.start('mavlink_bridge', {'url': url, 'takeoff_altitude_m': 3.0, 'fence': 'off'})
 
     def status(words: str = '', *, new: bool = True, **wanted: bool) -> VehicleStatus:
         def fits(message: VehicleStatus) -> bool:

@@ -93,7 +93,7 @@ def numbers(bag: Bag, topic: str) -> list[int]:
 def test_a_session_is_recorded_whole(graph: Graph, tmp_path: Path) -> None:
     """Latched messages from before, poses, profiles and the parameters of nodes; SIGINT ends it."""
     graph.node.create_publisher(LearnerStatus, 'advise/status', qos.latched()).publish(LearnerStatus(message='before'))
-    expert = graph.start('guard')
+    expert = graph.start('guard', {'fence': 'off'})
     logger = start(graph, tmp_path / 'bag')
     poses(graph, range(1, 101))
     recorded(graph, '/pose', 101)

@@ -30,7 +30,8 @@ GRID = str(Path(__file__).parents[2] / 'config' / 'grid_6x6.yaml')
 
 def start(graph: Graph, port: int, **params: object) -> Process:
     url = f'udpin:127.0.0.1:{port}'
-    return graph.start('mavlink_bridge', params={'url': url, 'takeoff_altitude_m': 3.0, 'heartbeat_timeout_s': 1.0, **params})
+    altitude = {'fence': 'off', 'takeoff_altitude_m': 3.0}
+    return graph.start('mavlink_bridge', params={'url': url, 'heartbeat_timeout_s': 1.0, **altitude, **params})
 
 
 def wait_status(graph: Graph, predicate: Callable[[VehicleStatus], Any], **kwargs: Any) -> VehicleStatus:
@@ -196,7 +197,7 @@ def test_a_port_in_use_ends_it_and_a_take_off_without_an_altitude_is_refused(gra
     assert not reply.success
     assert "set the parameter 'takeoff_altitude_m' or 'grid_file'" in reply.message
     url = f'udpin:127.0.0.1:{free_udp_port}'
-    second = graph.run('mavlink_bridge', params={'url': url})
+    second = graph.run('mavlink_bridge', params={'url': url, 'fence': 'off'})
     assert second.popen.returncode == 2
     assert f"error: cannot listen on '{url}': address already in use; stop the other program or take another port" in second.err
 

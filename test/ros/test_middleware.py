@@ -31,7 +31,7 @@ def test_what_is_chosen(given: dict[str, str], chosen: dict[str, str]) -> None:
 
 @pytest.mark.parametrize('discovery', ['LOCALHOST', 'SUBNET'])
 def test_what_flies_shares_no_memory_and_is_found(graph: Graph, discovery: str) -> None:
-    node = graph.start('guard', env={RANGE: discovery, PROFILES: '', TRANSPORTS: ''})
+    node = graph.start('guard', {'fence': 'off'}, env={RANGE: discovery, PROFILES: '', TRANSPORTS: ''})
     graph.wait_for('/diagnostics', DiagnosticArray, lambda array: array.status[0].name == '/guard')
     assert '/dev/shm/fastrtps' not in Path(f'/proc/{node.pid}/maps').read_text()
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from advise_ros.core.fence import Fence, corners_from_text, nearest, outside_m
 from advise_ros.core.guard import Command, Limits
-from advise_ros.core.sentry import Sentry, SentrySettings
+from advise_ros.core.guard_monitor import GuardMonitor, MonitorSettings
 
 TICK_S = 0.05
 BRAKING_M_S2, POSE_TIMEOUT_S = 2.0, 0.5
@@ -55,10 +55,10 @@ class Episode:
     def fly(self, seconds: float) -> float:
         """The whole episode; returns `worst_m`."""
         reaction_s = 2.0 * (POSE_TIMEOUT_S + TICK_S + DELAY_S)
-        sentry = Sentry(Limits(
+        monitor = GuardMonitor(Limits(
             max_speed_m_s=4.0, max_climb_m_s=2.0, braking_m_s2=BRAKING_M_S2, pose_timeout_s=POSE_TIMEOUT_S,
             reaction_s=reaction_s, fence=self.fence,
-        ), SentrySettings())
+        ), MonitorSettings())
         obeyed: deque[tuple[float, np.ndarray]] = deque()
         poses: deque[tuple[float, np.ndarray]] = deque()
         wanted, wish, wish_until, pose_due = np.zeros(3), np.zeros(3), 0.0, 0.0
@@ -77,10 +77,10 @@ class Episode:
                     poses.append((now_s + self.pose_late_s, self.true_position.copy()))
             while poses and poses[0][0] <= now_s:
                 at = poses.popleft()[1]
-                sentry.pose((float(at[0]), float(at[1]), float(at[2])), 'map', now_s)
+                monitor.pose((float(at[0]), float(at[1]), float(at[2])), 'map', now_s)
             if now_s >= deaf_until:
-                sentry.command(Command((float(wish[0]), float(wish[1]), float(wish[2])), 'map', 0.0), now_s)
-            verdict = sentry.verdict(now_s)
+                monitor.command(Command((float(wish[0]), float(wish[1]), float(wish[2])), 'map', 0.0), now_s)
+            verdict = monitor.verdict(now_s)
             obeyed.append((now_s + self.delay_s, np.array(verdict.velocity_enu_m_s if verdict else (0.0, 0.0, 0.0))))
             while obeyed and obeyed[0][0] <= now_s:
                 wanted = obeyed.popleft()[1]

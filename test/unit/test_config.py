@@ -67,6 +67,12 @@ def test_whole_numbers_serve_for_floats_and_booleans_for_neither() -> None:
         config.build(config.AdviseConfig, {'seed': 1.0})
 
 
+def test_off_may_come_as_the_false_that_yaml_makes_of_it() -> None:
+    assert config.build(config.GuardConfig, {'fence': False}).fence == 'off'
+    with pytest.raises(InputError, match="parameter 'fence' is True"):
+        config.build(config.GuardConfig, {'fence': True})
+
+
 def test_choices_are_told() -> None:
     with pytest.raises(InputError, match=r"'solver' is 'simplex'; allowed: 'auto' \| 'highs' \| 'piqp'"):
         config.build(config.AdviseConfig, {'solver': 'simplex'})

@@ -12,8 +12,8 @@ from advise_ros.config import GuardConfig, SimulatorConfig, build
 from advise_ros.core.fence import Fence, outside_m
 from advise_ros.core.grid import Grid
 from advise_ros.core.guard import MAP_FRAME, Command, Limits
-from advise_ros.core.sentry import Sentry
-from advise_ros.nodes.guard import limits_of, sentry_of
+from advise_ros.core.guard_monitor import GuardMonitor
+from advise_ros.nodes.guard import limits_of, monitor_of
 from advise_ros.sim.modes import Mode
 from advise_ros.sim.setpoints import Setpoint
 from advise_ros.sim.vehicle import Vehicle
@@ -78,7 +78,7 @@ class Flight:
         self._vehicle = Vehicle(simulated, rng)
         self._poses, self._pilot, self._wire = Late(rng), Late(rng), Wire(rng)
         self._limits: Limits = limits_of(CONFIG, GRID)
-        self._sentry: Sentry = sentry_of(CONFIG, self._limits)
+        self._monitor: GuardMonitor = monitor_of(CONFIG, self._limits)
         self._wanted = (0.0, 0.0, 0.0)
         self._take_off()
 
@@ -114,10 +114,10 @@ class Flight:
             self._wanted = east, north, up
         self._pilot.put(self._wanted, now_s)
         for position in self._poses.take(now_s):
-            self._sentry.pose(position, MAP_FRAME, now_s)
+            self._monitor.pose(position, MAP_FRAME, now_s)
         for velocity in self._pilot.take(now_s):
-            self._sentry.command(Command(velocity, MAP_FRAME, 0.0), now_s)
-        verdict = self._sentry.verdict(now_s)
+            self._monitor.command(Command(velocity, MAP_FRAME, 0.0), now_s)
+        verdict = self._monitor.verdict(now_s)
         if verdict is not None:
             self._wire.put(verdict.velocity_enu_m_s, now_s)
         for velocity in self._wire.take(now_s):

@@ -18,9 +18,9 @@ SPEEDUP = 100.0
 FAST = {
     'simulator': {'step_s': 0.05, 'setpoint_lead_s': 2.0, 'guided_timeout_s': 30.0, 'clock_rate_hz': 50.0},
     'policy': {'speed_m_s': 0.5},
-    'guard': {'grid_file': '', 'max_acceleration_m_s2': 1000.0, 'jump_m': 0.0},
+    'guard': {'fence': 'off', 'max_acceleration_m_s2': 1000.0, 'jump_m': 0.0},
     'mavlink_bridge': {
-        'grid_file': '', 'takeoff_altitude_m': 3.0, 'max_acceleration_m_s2': 1000.0, 'jump_m': 0.0, 'pose_rate_hz': 2.0,
+        'fence': 'off', 'takeoff_altitude_m': 3.0, 'max_acceleration_m_s2': 1000.0, 'jump_m': 0.0, 'pose_rate_hz': 2.0,
     },
 }
 # What start-up and the first flights bring in is there after this share.

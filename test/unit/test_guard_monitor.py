@@ -11,7 +11,7 @@ import pytest
 from advise_ros.core.errors import InputError
 from advise_ros.core.fence import Fence, box, corners_from_text, outside_m
 from advise_ros.core.guard import ZERO, Command, Limits, Position, Vector, check
-from advise_ros.core.sentry import Sentry, SentrySettings
+from advise_ros.core.guard_monitor import GuardMonitor, MonitorSettings
 
 LIMITS = Limits(fence=box((-50.0, -50.0, 0.0), (50.0, 50.0, 20.0)))
 HERE: Vector = (0.0, 0.0, 5.0)
@@ -19,11 +19,11 @@ HERE: Vector = (0.0, 0.0, 5.0)
 L_SHAPE = Fence(((0.0, 0.0), (10.0, 0.0), (10.0, 5.0), (5.0, 5.0), (5.0, 10.0), (0.0, 10.0)), 0.0, 20.0)
 
 
-def sentry(**settings: object) -> Sentry:
-    return Sentry(LIMITS, SentrySettings(**settings))  # type: ignore[arg-type]
+def monitor(**settings: object) -> GuardMonitor:
+    return GuardMonitor(LIMITS, MonitorSettings(**settings))  # type: ignore[arg-type]
 
 
-def ask(guarding: Sentry, now_s: float, velocity: Vector = (1.0, 0.0, 0.0), at: Vector | None = HERE) -> tuple[Vector, str]:
+def ask(guarding: GuardMonitor, now_s: float, velocity: Vector = (1.0, 0.0, 0.0), at: Vector | None = HERE) -> tuple[Vector, str]:
     """One tick with a pose and a command; what is flown and why."""
     if at is not None:
         guarding.pose(at, 'map', now_s)
@@ -34,13 +34,13 @@ def ask(guarding: Sentry, now_s: float, velocity: Vector = (1.0, 0.0, 0.0), at: 
 
 
 def test_nothing_before_the_first_command() -> None:
-    guarding = sentry()
+    guarding = monitor()
     guarding.pose(HERE, 'map', 0.0)
     assert guarding.verdict(0.0) is None
 
 
 def test_velocity_grows_at_the_acceleration_and_falls_at_once() -> None:
-    guarding = sentry(max_acceleration_m_s2=2.0)
+    guarding = monitor(max_acceleration_m_s2=2.0)
     speeds = [ask(guarding, tick * 0.05)[0][0] for tick in range(12)]
     assert speeds[:3] == pytest.approx([0.2, 0.3, 0.4])
     assert speeds[-1] == 1.0
@@ -51,13 +51,13 @@ def test_velocity_grows_at_the_acceleration_and_falls_at_once() -> None:
 
 
 def test_a_pause_is_no_licence_to_accelerate() -> None:
-    guarding = sentry(max_acceleration_m_s2=2.0)
+    guarding = monitor(max_acceleration_m_s2=2.0)
     ask(guarding, 0.0, ZERO)
     assert ask(guarding, 30.0)[0] == pytest.approx((0.2, 0.0, 0.0))
 
 
 def test_a_position_that_jumps_is_doubted_until_it_is_steady() -> None:
-    guarding = sentry()
+    guarding = monitor()
     assert ask(guarding, 0.0)[0] == (1.0, 0.0, 0.0)
     flown, why = ask(guarding, 0.05, at=(7.0, 0.0, 5.0))
     assert flown == ZERO
@@ -67,7 +67,7 @@ def test_a_position_that_jumps_is_doubted_until_it_is_steady() -> None:
 
 
 def test_fast_flight_in_fast_simulation_is_no_jump() -> None:
-    guarding = sentry()
+    guarding = monitor()
     for tick in range(40):  # 3 m/s, twenty times faster than steady time.
         guarding.pose((3.0 * tick, 0.0, 5.0), 'map', tick * 0.05, stamp_ns=tick * 10**9)
     assert guarding._jump == ''
@@ -77,7 +77,7 @@ def test_fast_flight_in_fast_simulation_is_no_jump() -> None:
     ('odom', HERE, "its frame is 'odom'"), ('map', (math.nan, 0.0, 0.0), 'not finite'),
 ])
 def test_a_doubt_latches_when_configured_and_only_release_ends_it(frame: str, at: Vector, words: str) -> None:
-    guarding = sentry(latch=True)
+    guarding = monitor(latch=True)
     assert ask(guarding, 0.0)[0] == (1.0, 0.0, 0.0)
     guarding.pose(at, frame, 0.05)
     assert words in ask(guarding, 0.05, at=None)[1]
@@ -91,7 +91,7 @@ def test_a_doubt_latches_when_configured_and_only_release_ends_it(frame: str, at
 
 
 def test_a_pilot_who_falls_silent_needs_no_release_but_a_silent_pose_does() -> None:
-    guarding = sentry(latch=True)
+    guarding = monitor(latch=True)
     ask(guarding, 0.0)
     verdict = guarding.verdict(1.0)
     assert verdict is not None
@@ -102,7 +102,7 @@ def test_a_pilot_who_falls_silent_needs_no_release_but_a_silent_pose_does() -> N
 
 
 def test_stop_is_for_all_commands_until_release() -> None:
-    guarding = sentry()
+    guarding = monitor()
     guarding.stop('somebody asked for it')
     assert ask(guarding, 0.0) == (ZERO, 'stopped until released: somebody asked for it')
     guarding.clear()
@@ -112,7 +112,7 @@ def test_stop_is_for_all_commands_until_release() -> None:
 
 
 def test_poses_from_the_future_are_refused() -> None:
-    guarding = sentry()
+    guarding = monitor()
     guarding.pose(HERE, 'map', 0.0, stamp_ns=200 * 10**9, now_ns=100 * 10**9)
     assert 'pose refused: its stamp is 100.0 s in the future' in ask(guarding, 0.0, at=None)[1]
 
@@ -159,7 +159,7 @@ def test_what_is_no_polygon_is_refused_in_a_sentence(text: str) -> None:
 @pytest.mark.parametrize('period_s', [0.5, 1.5, 4.0])
 def test_who_weaves_along_the_fence_does_not_pass_it(period_s: float) -> None:
     """What turns a vehicle does not slow it: without looking at how it moves it went out by 0.56 m."""
-    guarding = Sentry(replace(LIMITS, max_speed_m_s=4.0, reaction_s=1.8), SentrySettings())
+    guarding = GuardMonitor(replace(LIMITS, max_speed_m_s=4.0, reaction_s=1.8), MonitorSettings())
     at, moving, obeyed, furthest = np.array([0.0, 40.0]), np.zeros(2), [np.zeros(2)] * 4, 0.0
     reasons = set()
     for tick in range(600):

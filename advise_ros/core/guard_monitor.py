@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from advise_ros.core import guard
 from advise_ros.core.fence import Point, Vector
@@ -16,12 +16,14 @@ LONGEST_STEP_S = 0.1
 PLAUSIBLE_M_S = 20.0
 # A position that jumped is believed again when it was steady for this long.
 SETTLED_S = 1.0
+# A delay counts twice, as in `Limits.reaction_s`.
+REACTIONS = 2.0
 # Stamps count for as much as this; their clock may run faster than steady time (simulation).
 LONGEST_STAMPED_S = 5.0
 
 
 @dataclass(frozen=True)
-class SentrySettings:
+class MonitorSettings:
     """What the guard remembers for.
 
     Attributes:
@@ -35,15 +37,16 @@ class SentrySettings:
     latch: bool = False
 
 
-class Sentry:
+class GuardMonitor:
     """Takes poses and commands as they arrive, says what may be flown now. All times are steady.
 
     Attributes:
         latched: why the vehicle is stopped until `release`, '' if it is not.
     """
 
-    def __init__(self, limits: Limits, settings: SentrySettings) -> None:
-        self._limits, self._settings = limits, settings
+    def __init__(self, limits: Limits, settings: MonitorSettings) -> None:
+        self._given, self._settings = limits, settings
+        self._uplink_s = 0.0
         self._command: Command | None = None
         self._command_s = -math.inf
         self._command_stamps = StampWatch('command', limits.command_timeout_s)
@@ -57,9 +60,20 @@ class Sentry:
         self.latched = ''
 
     # -- what arrives ------------------------------------------------------------------------
-    def pose(self, position_enu_m: Vector, frame_id: str, now_s: float, *, stamp_ns: int = 0, now_ns: int = 0) -> None:
-        """A pose arrives now; `stamp_ns` and our clock `now_ns` are 0 where they say nothing."""
-        doubt = self._pose_stamps.doubt(stamp_ns, now_ns, now_s) if now_ns else ''
+    def pose(
+        self, position_enu_m: Vector, frame_id: str, now_s: float, *, stamp_ns: int = 0, now_ns: int = 0, doubt: str = '',
+    ) -> None:
+        """A pose arrives.
+
+        Args:
+            position_enu_m: (3,) in the map frame.
+            frame_id: must be 'map'.
+            now_s: steady time of its arrival.
+            stamp_ns: its time by its sender's clock (since boot will do); 0: unknown.
+            now_ns: our clock, which `stamp_ns` is compared with; 0: they are of different clocks.
+            doubt: why the estimator's position is not to be trusted, '' if it is.
+        """
+        doubt = doubt or (self._pose_stamps.doubt(stamp_ns, now_ns, now_s) if now_ns else '')
         if not doubt and self._pose is not None:
             self._watch_jump(position_enu_m, now_s, stamp_ns)
         self._pose = Position(position_enu_m, frame_id, 0.0, doubt), now_s, stamp_ns
@@ -72,6 +86,15 @@ class Sentry:
         moved_m = math.dist(position, last.position_enu_m)
         if self._settings.jump_m > 0.0 and not moved_m <= self._settings.jump_m + PLAUSIBLE_M_S * passed_s:
             self._jump, self._jump_s = f'it jumped {moved_m:.1f} m in {passed_s:.2f} s', now_s
+
+    def uplink(self, delay_s: float) -> None:
+        """Commands are under way for this much longer than `vehicle_delay_s` allows for (s); the vehicle stands later."""
+        self._uplink_s = max(0.0, delay_s) if math.isfinite(delay_s) else self._uplink_s
+
+    @property
+    def _limits(self) -> Limits:
+        """With the time that commands and positions are under way now."""
+        return replace(self._given, reaction_s=self._given.reaction_s + REACTIONS * self._uplink_s)
 
     def command(self, command: Command, now_s: float, *, stamp_ns: int = 0, now_ns: int = 0) -> None:
         """A command arrives now; its age and doubt are set here."""
