@@ -77,7 +77,7 @@ def test_passes_limits_refuses_and_stops_when_the_pilot_falls_silent(graph: Grap
 def test_without_a_fence_it_flies_only_when_asked_to_and_says_so(graph: Graph) -> None:
     refused = graph.run('guard')
     assert refused.popen.returncode == 2
-    assert "there is no fence; name one by 'grid_file' or 'fence_polygon', or fly without by fence:=off" in refused.err
+    assert "there is no fence; name one by 'grid_file' or 'fence_polygon', or fly without by fence:=off" in refused.text
     pilot = Pilot(graph, fence=False)  # As ROS reads `-p fence:=off`.
     said(graph, 'waiting for cmd_vel; the fence is off (fence:=off)')
     pilot.until(pose(500.0, 5.0, 5.0), velocity(1.0, 0.0), (1.0, 0.0, 0.0))
