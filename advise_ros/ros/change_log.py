@@ -46,7 +46,7 @@ class ChangeLog:
     """
 
     def __init__(self, logger: Logger) -> None:
-        self._logger = logger
+        self._to = logger
         self._conditions: dict[str, Condition] = {}
 
     def note(self, name: str, sentence: str, now_s: float, *, lasting_s: float = 0.0, calm: bool = False) -> None:
@@ -63,7 +63,7 @@ class ChangeLog:
             self._begin(condition, sentence, now_s, lasting_s, calm=calm)
         elif condition.since_s < math.inf and now_s - condition.seen_s >= QUIET_S:
             if condition.logged:
-                self._logger.info(f'{name} is over after {condition.seen_s - condition.since_s:.1f} s')
+                self._to.info(f'{name} is over after {condition.seen_s - condition.since_s:.1f} s')
             self._conditions[name] = Condition()
 
     def _begin(self, condition: Condition, sentence: str, now_s: float, lasting_s: float, *, calm: bool) -> None:
@@ -74,9 +74,9 @@ class ChangeLog:
             return
         condition.logged.add(what)
         if calm:
-            self._logger.info(sentence)
+            self._to.info(sentence)
         else:
-            self._logger.warning(sentence)
+            self._to.warning(sentence)
 
     def now(self, name: str, sentence: str, *, calm: bool = True) -> None:
         """Log something that happens at one moment if it differs from the last of its name ('owner', 'link')."""
@@ -85,6 +85,6 @@ class ChangeLog:
             return
         condition.logged = {sentence}
         if calm:
-            self._logger.info(sentence)
+            self._to.info(sentence)
         else:
-            self._logger.warning(sentence)
+            self._to.warning(sentence)
