@@ -62,7 +62,7 @@ def test_a_demonstration_is_recorded_by_the_autopilots_clock(graph: Graph, grid_
 
 def test_without_a_clock_the_remedy_is_one_that_helps_here(graph: Graph, free_udp_port: int) -> None:
     simulate(graph, free_udp_port)
-    graph.start('mavlink_bridge', {'url': f'udpin:127.0.0.1:{free_udp_port}', 'pose_rate_hz': 10.0})
+    graph.start('mavlink_bridge', {'url': f'udpin:127.0.0.1:{free_udp_port}', 'pose_rate_hz': 10.0, 'fence': 'off'})
 
     def said(words: str) -> None:
         graph.wait_for('/diagnostics', DiagnosticArray, lambda array: any(
@@ -75,7 +75,7 @@ def test_without_a_clock_the_remedy_is_one_that_helps_here(graph: Graph, free_ud
 
 def test_a_take_off_without_the_clock_that_was_asked_for_is_refused(graph: Graph, free_udp_port: int) -> None:
     graph.start('mavlink_bridge', {
-        'url': f'udpin:127.0.0.1:{free_udp_port}', 'takeoff_altitude_m': 3.0, 'use_sim_time': True,
+        'url': f'udpin:127.0.0.1:{free_udp_port}', 'takeoff_altitude_m': 3.0, 'use_sim_time': True, 'fence': 'off',
     })
     copter = ScriptedCopter()
     with UdpPeer(copter, free_udp_port):
