@@ -157,7 +157,7 @@ def vehicle_view(vehicle: msg.VehicleStatus) -> View:
     return {
         'autopilot': vehicle.autopilot, 'mode': vehicle.mode, 'connected': vehicle.connected, 'ready': vehicle.ready,
         'armed': vehicle.armed, 'in_air': vehicle.in_air, 'commandable': vehicle.commandable,
-        'waiting_for': vehicle.waiting_for, 'text': vehicle.text,
+        'waiting_for': vehicle.waiting_for, 'text': vehicle.text, 'owner': vehicle.owner, 'failsafe': vehicle.failsafe,
     }
 
 

@@ -34,6 +34,8 @@ class Status(NamedTuple):
     commandable: bool
     waiting_for: str
     text: str
+    owner: str = ''
+    failsafe: str = ''
 
 
 @dataclass(frozen=True)

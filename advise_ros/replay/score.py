@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from typing import NamedTuple, TypeAlias
 
+from advise_msgs.msg import VehicleStatus
 from advise_ros.core.advice import AdviceRecord
 from advise_ros.core.demonstration import EndReason
+from advise_ros.recording.codec import Codec
 from advise_ros.recording.messages import Bag, Message
 from advise_ros.replay.demonstrations import is_flown
 from advise_ros.replay.flights import FROM_OUTSIDE, Flight, flights_of
+from advise_ros.replay.installed_form import in_installed_form
 from advise_ros.replay.session import (
     ADVICE_TYPE,
     COMMAND_TYPE,
@@ -111,7 +114,7 @@ class _Writer:
             elif message.topic == f'{self._space}/cmd_vel':
                 self._add_command(message)
             elif message.topic == f'{self._space}/vehicle_status':
-                self._steps.append((message.log_time_ns, Publish(message)))
+                self._add_status(message, bag.codec)
             else:
                 self._add_told(message)
         notes = [f'{self._skipped} positions that the policy did not fly by were left out'] * bool(self._skipped)
@@ -131,6 +134,11 @@ class _Writer:
         while self._stops and stamp_ns >= self._stops[0]:
             self._stops.pop(0)
             self._steps.append((at, Stop()))
+
+    def _add_status(self, message: Message, codec: Codec) -> None:
+        """An older version's status has fewer fields than today's nodes read."""
+        data = in_installed_form(message.data, STATUS_TYPE, VehicleStatus, codec)
+        self._steps.append((message.log_time_ns, Publish(message._replace(data=data))))
 
     def _add_command(self, message: Message) -> None:
         if stamp_ns_of(message) not in self._commanded:

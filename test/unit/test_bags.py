@@ -65,7 +65,7 @@ def command(stamp_ns: int, velocity: Sequence[float], frame_id: str = 'map') -> 
 def status(stamp_ns: int, armed: bool, in_air: bool) -> Any:
     return make(
         'advise_msgs/msg/VehicleStatus', header=header(stamp_ns, ''), autopilot='', mode='', connected=True, ready=True,
-        armed=armed, in_air=in_air, commandable=in_air, waiting_for='', text='',
+        armed=armed, in_air=in_air, commandable=in_air, waiting_for='', text='', owner='', failsafe='',
     )
 
 
