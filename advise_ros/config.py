@@ -320,6 +320,9 @@ class SimulatorConfig:
         0.0, 'simulated time waits (0.1 s at most) when it is this far ahead of the newest setpoint in motion; 0: never',
         low=0.0, high=60.0,
     )
+    offboard_after_landing: bool = param(
+        False, 'PX4 goes back to OFFBOARD after a landing out of it, as the real one; false: to LOITER once nothing streams',
+    )
     guided_timeout_s: float = param(3.0, 'setpoints older than this brake the vehicle (simulated time)', low=0.1, high=60.0)
     system_id: int = param(1, 'MAVLink system id of the vehicle', low=1, high=255)
     signing_key_file: str = param('', SIGNING_DOC)

@@ -12,7 +12,7 @@ from typing import Any
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from advise_ros.config import SimulatorConfig
-from advise_ros.sim import flight, px4_vehicle, vehicle
+from advise_ros.sim import flight, px4_flight, vehicle
 
 Message = Any
 Range = tuple[float, float]
@@ -97,7 +97,7 @@ def of_px4(config: SimulatorConfig) -> Parameters:
         'MAV_SYS_ID': float(config.system_id), 'COM_OBL_RC_ACT': 0.0, 'COM_RCL_EXCEPT': 0.0, 'NAV_DLL_ACT': 0.0, 'GF_ACTION': 2.0,
     }
     return Parameters({
-        **whole, 'COM_OF_LOSS_T': 1.0, 'COM_DISARM_PRFLT': vehicle.DISARM_DELAY_S, 'MIS_TAKEOFF_ALT': px4_vehicle.TAKEOFF_M,
+        **whole, 'COM_OF_LOSS_T': 1.0, 'COM_DISARM_PRFLT': vehicle.DISARM_DELAY_S, 'MIS_TAKEOFF_ALT': px4_flight.TAKEOFF_M,
         'GF_MAX_HOR_DIST': 0.0, 'GF_MAX_VER_DIST': 0.0,
     }, {
         'COM_OBL_RC_ACT': (0.0, 7.0), 'COM_RCL_EXCEPT': (0.0, 31.0), 'NAV_DLL_ACT': (0.0, 6.0), 'GF_ACTION': (0.0, 5.0),

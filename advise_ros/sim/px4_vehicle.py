@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
@@ -10,71 +9,25 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from advise_ros.config import SimulatorConfig
 from advise_ros.sim.control import Target
-from advise_ros.sim.flight import HOLD, SPOOL_UP_S, Flight, descend
 from advise_ros.sim.modes import PX4_ARMABLE, Px4Mode, known_px4
-from advise_ros.sim.quadcopter import State
+from advise_ros.sim.px4_flight import TAKEOFF_M, Px4Flight
 from advise_ros.sim.setpoints import Setpoint
 from advise_ros.sim.vehicle import DONE, Outcome, Vehicle
 
-TAKEOFF_M, REACHED_M = 2.5, 0.2
-# What is flown of the velocity that is asked for, as seen: 0.81 of 1 m/s.
-SPEED_SHARE = 0.81
-CLIMB_SEEN_M_S = 0.05
-SINK_M_S = 0.7
+REACHED_M = 0.2
+# A stream this young does not arm in OFFBOARD, nor bring OFFBOARD back.
+ARMS_AFTER_S = 0.08
 RESUME_S, STICKS_LOST_S, GROUND_STATION_LOST_S = 0.05, 0.65, 10.0
 OFFBOARD_EXCEPTED = 4
 # COM_OBL_RC_ACT; without sticks its default means return.
 LOSS_ACTIONS = {4: Px4Mode.LAND, 5: Px4Mode.LOITER}
 
 
-@dataclass
-class Px4Flight(Flight):
-    """What each of PX4's modes flies; setpoints do not grow stale here, OFFBOARD is left instead."""
-
-    mode: Px4Mode = Px4Mode.LOITER
-
-    def moving_setpoint_age_s(self, now_s: float) -> float:
-        if self.mode is not Px4Mode.OFFBOARD or self._setpoint is None or not any(self._setpoint[0].velocity_enu_m_s or ()):
-            return 0.0
-        return now_s - self._setpoint[1]
-
-    def target(self, state: State, now_s: float) -> Target | None:
-        if self.mode is Px4Mode.OFFBOARD:
-            return self._offboard(state, now_s)
-        if self.mode is Px4Mode.TAKEOFF:
-            return self._climb(state, now_s)
-        if self.mode is Px4Mode.LAND:
-            return descend(state)
-        if self.mode is Px4Mode.RTL:
-            return self._return(state, now_s)
-        return Target((0.0, 0.0, -SINK_M_S)) if self.mode is Px4Mode.POSCTL else HOLD
-
-    def _offboard(self, state: State, now_s: float) -> Target | None:
-        if self._setpoint is None:
-            return HOLD
-        setpoint = self._setpoint[0]
-        east, north, up = setpoint.velocity_enu_m_s or (0.0, 0.0, 0.0)
-        if state.touches_ground and (up < CLIMB_SEEN_M_S or now_s < self._lift_at_s):
-            return None
-        velocity = SPEED_SHARE * east, SPEED_SHARE * north, SPEED_SHARE * up
-        return Target(velocity, yaw_enu_rad=setpoint.yaw_enu_rad, yaw_rate_rad_s=setpoint.yaw_rate_enu_rad_s)
-
-    def take(self, setpoint: Setpoint, now_s: float, *, grounded: bool) -> None:
-        """Keep a setpoint; on the ground the first one that climbs starts the rotors."""
-        climbs = (setpoint.velocity_enu_m_s or (0.0, 0.0, 0.0))[2] >= CLIMB_SEEN_M_S
-        if grounded and climbs and self._lift_at_s == 0.0:
-            self._lift_at_s = now_s + SPOOL_UP_S
-        self._setpoint = setpoint, now_s
-
-    def forget(self) -> None:
-        super().forget()
-        self._lift_at_s = 0.0
-
-
 class Px4Vehicle(Vehicle):
     """PX4's manners around arming, OFFBOARD and its losses.
 
     Attributes:
+        intended: the mode that was commanded last; a failsafe flies another one.
         ground_station_s, sticks_s: simulated times of the last heartbeat of type 6 and MANUAL_CONTROL, None: never.
         offboard_loss_action, sticks_exceptions, ground_station_loss_action: COM_OBL_RC_ACT, COM_RCL_EXCEPT, NAV_DLL_ACT.
     """
@@ -87,11 +40,21 @@ class Px4Vehicle(Vehicle):
         self.ground_station_s: float | None = None
         self.sticks_s: float | None = None
         self.offboard_loss_action = self.sticks_exceptions = self.ground_station_loss_action = 0
-        self._wants_offboard = False
+        self.intended = self.mode
+        self._after_disarming = self.mode
         self._streamed_s = self._stream_began_s = -100.0
 
     def _new_flight(self, home_m: tuple[float, float]) -> Px4Flight:
         return Px4Flight(timeout_s=1.0, home_m=home_m)
+
+    @property
+    def mode(self) -> Px4Mode:
+        return self.flight.mode
+
+    @property
+    def healthy(self) -> bool:
+        """In OFFBOARD the checks before arming ask for a stream, and take any setpoint."""
+        return super().healthy and (self.mode is not Px4Mode.OFFBOARD or self.streaming)
 
     @property
     def streaming(self) -> bool:
@@ -121,7 +84,7 @@ class Px4Vehicle(Vehicle):
             return 'Resolve system health failures first'
         if self.ground_station_loss_action and not self._hears_ground_station():
             return 'No connection to the ground control station'
-        if self.mode is Px4Mode.OFFBOARD and not self.streaming:
+        if self.mode is Px4Mode.OFFBOARD and not self._streamed_for(ARMS_AFTER_S):
             return 'No offboard signal'
         return '' if self.mode in PX4_ARMABLE else f'mode {self.mode.name} cannot be armed in'
 
@@ -136,10 +99,16 @@ class Px4Vehicle(Vehicle):
             return Outcome(False, 'Switching to Offboard is currently not available: no offboard signal')
         if mode is Px4Mode.POSCTL and self.sticks_s is None:
             return Outcome(False, 'Switching to Position is currently not available: no manual control input')
-        self._wants_offboard = mode is Px4Mode.OFFBOARD
+        self._intend(mode)
         if mode is not self.mode:
             self.flight.enter(mode)
         return DONE
+
+    def _intend(self, mode: Px4Mode) -> None:
+        """Somebody wants a mode; the last one that can be armed in is gone back to once disarmed."""
+        self.intended = mode
+        if mode in PX4_ARMABLE:
+            self._after_disarming = mode
 
     def take_off_to(self, altitude_m: float | None) -> Outcome:
         """Enter TAKEOFF; it climbs once armed. None: the altitude of its parameter."""
@@ -147,7 +116,8 @@ class Px4Vehicle(Vehicle):
             return Outcome(False, 'Takeoff denied: already in the air')
         altitude_m = TAKEOFF_M if altitude_m is None else max(altitude_m, TAKEOFF_M)
         self.flight.enter(Px4Mode.TAKEOFF)
-        self.flight.takeoff_to_m, self._wants_offboard = altitude_m, False
+        self.flight.takeoff_to_m = altitude_m
+        self._intend(Px4Mode.TAKEOFF)
         if self.armed:
             self.flight.take_off(altitude_m, self.now_s)
         return DONE
@@ -156,6 +126,7 @@ class Px4Vehicle(Vehicle):
         super().step()
         to = self.flight.takeoff_to_m
         if self.mode is Px4Mode.TAKEOFF and self.airborne and (to is None or self.altitude_left_m(to) < REACHED_M):
+            self._intend(Px4Mode.LOITER)
             self.flight.enter(Px4Mode.LOITER)
 
     def altitude_left_m(self, altitude_m: float) -> float:
@@ -168,11 +139,16 @@ class Px4Vehicle(Vehicle):
         return self.airborne or self.mode in (Px4Mode.OFFBOARD, Px4Mode.TAKEOFF)
 
     def _landed(self) -> None:
-        """With the stream still running, the mode that was left for the landing comes back."""
-        back = self.mode is Px4Mode.OFFBOARD or self.streaming
         self._disarm()
-        self.flight.enter(Px4Mode.OFFBOARD if back else Px4Mode.LOITER)
-        self._wants_offboard = back
+
+    def _disarm(self) -> None:
+        """After a landing out of OFFBOARD, commanded or by a failsafe, OFFBOARD comes back, stream or no stream."""
+        super()._disarm()
+        stays = self._config.offboard_after_landing or self.mode is Px4Mode.OFFBOARD or self.streaming
+        if self._after_disarming is Px4Mode.OFFBOARD and not stays:
+            self._after_disarming = Px4Mode.LOITER
+        self._intend(self._after_disarming)
+        self.flight.enter(self._after_disarming)
 
     def _idle(self) -> None:
         lifting = self.mode is Px4Mode.OFFBOARD and self.flight._lift_at_s > 0.0
@@ -189,15 +165,20 @@ class Px4Vehicle(Vehicle):
             action = Px4Mode.LOITER if sticks_lost else LOSS_ACTIONS.get(self.offboard_loss_action, Px4Mode.RTL)
             self.say('Failsafe activated: manual control lost' if sticks_lost else 'Failsafe activated: no offboard signal')
             self.flight.enter(action)
-        elif self._wants_offboard and self.mode is not Px4Mode.OFFBOARD and not sticks_lost and self._resumed():
+        elif self._in_failsafe and not sticks_lost and self._streamed_for(RESUME_S):
             self.flight.enter(Px4Mode.OFFBOARD)
         elif self.ground_station_loss_action and self.airborne and self._lost_ground_station_in_flight():
             self.say('Failsafe activated: ground station lost')
             self.flight.enter(Px4Mode.LOITER)
-            self._wants_offboard = False
+            self._intend(Px4Mode.LOITER)
 
-    def _resumed(self) -> bool:
-        return self.streaming and self.now_s - self._stream_began_s >= RESUME_S
+    @property
+    def _in_failsafe(self) -> bool:
+        """OFFBOARD is wanted and something else is flown, for a reason that may pass."""
+        return self.intended is Px4Mode.OFFBOARD and self.mode is not Px4Mode.OFFBOARD and self.battery.remaining > 0.0
+
+    def _streamed_for(self, seconds: float) -> bool:
+        return self.streaming and self.now_s - self._stream_began_s >= seconds
 
     def _sticks_lost(self) -> bool:
         excepted = self.sticks_exceptions & OFFBOARD_EXCEPTED

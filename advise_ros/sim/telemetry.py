@@ -51,7 +51,7 @@ def heartbeat(vehicle: Vehicle) -> Message:
 
 
 def sys_status(vehicle: Vehicle) -> Message:
-    health = SENSORS | (PREARM_CHECK if vehicle.ready else 0)
+    health = SENSORS | (PREARM_CHECK if vehicle.healthy else 0)
     battery = vehicle.battery
     return mavlink.MAVLink_sys_status_message(
         SENSORS | PREARM_CHECK, SENSORS | PREARM_CHECK, health, 0,

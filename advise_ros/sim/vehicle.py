@@ -83,6 +83,11 @@ class Vehicle:
         return self.now_s >= self._config.ready_after_s
 
     @property
+    def healthy(self) -> bool:
+        """The checks before arming pass; the autopilot may still refuse."""
+        return self.ready
+
+    @property
     def has_position(self) -> bool:
         """Sends a position, which is not yet good enough to fly by."""
         return self.now_s >= POSITION_SHARE * self._config.ready_after_s

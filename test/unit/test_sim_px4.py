@@ -21,6 +21,7 @@ from support.sim_companion import (
     LAND,
     LOCAL_POSITION,
     REJECTED,
+    REQUEST,
     SET_MODE,
     SYS_STATUS,
     TAKEOFF,
@@ -39,7 +40,7 @@ class Px4Companion(Companion):
     """Speaks to a PX4."""
 
     def __init__(self, **values: Any) -> None:
-        super().__init__(dialect=Px4, **{'ready_after_s': 2.0, **values})
+        super().__init__(dialect=Px4, **{'ready_after_s': 2.0, 'offboard_after_landing': True, **values})
         self.run(3.0)
 
     @property
@@ -268,14 +269,92 @@ def test_armed_and_idle_it_disarms_after_ten_seconds():
     assert not companion.vehicle.armed
 
 
-@pytest.mark.parametrize('ask', [lambda c: c.ask_mode(LAND_MODE), lambda c: c.command(LAND, NAN, NAN, NAN, NAN, NAN, NAN, NAN)])
-def test_landing_under_a_running_stream_disarms_and_goes_back_to_offboard(ask):
+def healthy(companion: Px4Companion) -> bool:
+    """The pre-arm bit of SYS_STATUS."""
+    assert companion.command(REQUEST, SYS_STATUS) == ACCEPTED
+    return bool(of(companion.heard, 'SYS_STATUS')[-1].onboard_control_sensors_health & 0x10000000)
+
+
+def land(companion: Px4Companion) -> int | None:
+    return companion.command(LAND, NAN, NAN, NAN, NAN, NAN, NAN, NAN)
+
+
+@pytest.mark.parametrize('velocity', [STILL, ()])
+@pytest.mark.parametrize('ask', [lambda c: c.ask_mode(LAND_MODE), land])
+def test_after_a_landing_out_of_offboard_it_is_disarmed_and_in_offboard_stream_or_no_stream(ask, velocity):
     companion = Px4Companion().lift()
     assert ask(companion) == ACCEPTED
     assert companion.mode is Px4Mode.LAND
-    companion.run(20.0, *STILL)
+    companion.run(20.0, *velocity)
     assert not companion.vehicle.armed
     assert companion.mode is Px4Mode.OFFBOARD
+
+
+@pytest.mark.parametrize('action', [0, 4])
+def test_a_landing_by_a_failsafe_ends_in_offboard_too(action):
+    companion = Px4Companion()
+    companion.set('COM_OBL_RC_ACT', action)
+    companion.lift()
+    companion.run(120.0)
+    assert not companion.vehicle.armed
+    assert companion.mode is Px4Mode.OFFBOARD
+
+
+def test_a_landing_out_of_another_mode_ends_in_that_mode():
+    companion = Px4Companion().lift()
+    assert companion.ask_mode(LOITER_MODE) == ACCEPTED
+    assert land(companion) == ACCEPTED
+    companion.run(20.0)
+    assert not companion.vehicle.armed
+    assert companion.mode is Px4Mode.LOITER
+
+
+def test_disarmed_in_offboard_the_checks_before_arming_ask_for_a_stream():
+    companion = Px4Companion().lift()
+    land(companion)
+    companion.run(20.0)
+    assert not healthy(companion)
+    companion.setpoint(*STILL)
+    assert healthy(companion)
+    companion.run(0.9)
+    assert healthy(companion)
+    companion.run(0.2)
+    assert not healthy(companion)
+    assert companion.ask_mode(LOITER_MODE) == ACCEPTED
+    assert healthy(companion)
+
+
+def test_arming_straight_after_the_first_setpoint_is_refused_and_a_moment_later_taken():
+    companion = Px4Companion().lift()
+    land(companion)
+    companion.run(20.0)
+    companion.setpoint(*STILL)
+    assert companion.command(ARM, 1) == REJECTED
+    companion.run(0.1, *STILL)
+    assert companion.command(ARM, 1) == ACCEPTED
+    companion.run(6.0, *UP)
+    assert companion.altitude > 1.0
+
+
+def test_a_stream_that_resumes_takes_it_off_again_from_the_ground_after_a_failsafe():
+    """Touched down and not yet disarmed: the failsafe ends, OFFBOARD comes back and climbs."""
+    companion = Px4Companion()
+    companion.set('COM_OBL_RC_ACT', 4)
+    companion.lift()
+    while not companion.vehicle.state.touches_ground:
+        companion.run(0.1)
+    assert (companion.mode, companion.vehicle.intended) == (Px4Mode.LAND, Px4Mode.OFFBOARD)
+    companion.run(5.0, *UP)
+    assert companion.mode is Px4Mode.OFFBOARD
+    assert companion.altitude > 1.0
+
+
+def test_a_landing_that_was_commanded_is_not_ended_by_the_stream():
+    companion = Px4Companion().lift()
+    land(companion)
+    assert companion.vehicle.intended is Px4Mode.LAND
+    companion.run(3.0, *UP)
+    assert companion.mode is Px4Mode.LAND
 
 
 def test_disarming_in_the_air_is_refused():

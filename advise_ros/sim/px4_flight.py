@@ -1,0 +1,61 @@
+"""What each of PX4's modes flies: mode, setpoint and simulated time -> a target for the motion control."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from advise_ros.sim.control import Target
+from advise_ros.sim.flight import HOLD, SPOOL_UP_S, Flight, descend
+from advise_ros.sim.modes import Px4Mode
+from advise_ros.sim.quadcopter import State
+from advise_ros.sim.setpoints import Setpoint
+
+TAKEOFF_M = 2.5
+# What is flown of the velocity that is asked for, as seen: 0.81 of 1 m/s.
+SPEED_SHARE = 0.81
+CLIMB_SEEN_M_S = 0.05
+SINK_M_S = 0.7
+
+
+@dataclass
+class Px4Flight(Flight):
+    """What each of PX4's modes flies; setpoints do not grow stale here, OFFBOARD is left instead."""
+
+    mode: Px4Mode = Px4Mode.LOITER
+
+    def moving_setpoint_age_s(self, now_s: float) -> float:
+        if self.mode is not Px4Mode.OFFBOARD or self._setpoint is None or not any(self._setpoint[0].velocity_enu_m_s or ()):
+            return 0.0
+        return now_s - self._setpoint[1]
+
+    def target(self, state: State, now_s: float) -> Target | None:
+        if self.mode is Px4Mode.OFFBOARD:
+            return self._offboard(state, now_s)
+        if self.mode is Px4Mode.TAKEOFF:
+            return self._climb(state, now_s)
+        if self.mode is Px4Mode.LAND:
+            return descend(state)
+        if self.mode is Px4Mode.RTL:
+            return self._return(state, now_s)
+        return Target((0.0, 0.0, -SINK_M_S)) if self.mode is Px4Mode.POSCTL else HOLD
+
+    def _offboard(self, state: State, now_s: float) -> Target | None:
+        if self._setpoint is None:
+            return HOLD
+        setpoint = self._setpoint[0]
+        east, north, up = setpoint.velocity_enu_m_s or (0.0, 0.0, 0.0)
+        if state.touches_ground and (up < CLIMB_SEEN_M_S or now_s < self._lift_at_s):
+            return None
+        velocity = SPEED_SHARE * east, SPEED_SHARE * north, SPEED_SHARE * up
+        return Target(velocity, yaw_enu_rad=setpoint.yaw_enu_rad, yaw_rate_rad_s=setpoint.yaw_rate_enu_rad_s)
+
+    def take(self, setpoint: Setpoint, now_s: float, *, grounded: bool) -> None:
+        """Keep a setpoint; on the ground the first one that climbs starts the rotors."""
+        climbs = (setpoint.velocity_enu_m_s or (0.0, 0.0, 0.0))[2] >= CLIMB_SEEN_M_S
+        if grounded and climbs and self._lift_at_s == 0.0:
+            self._lift_at_s = now_s + SPOOL_UP_S
+        self._setpoint = setpoint, now_s
+
+    def forget(self) -> None:
+        super().forget()
+        self._lift_at_s = 0.0
