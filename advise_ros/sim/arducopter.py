@@ -54,6 +54,7 @@ class ArduCopter(Autopilot):
 
     def _parameters_changed(self) -> None:
         self.vehicle.flight.timeout_s = self._parameters['GUID_TIMEOUT']
+        self.vehicle.flight.return_altitude_m = self._parameters['RTL_ALT'] / 100.0
 
     def _setpoint(self, message: Message) -> Setpoint | None:
         state = self.vehicle.state

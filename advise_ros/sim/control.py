@@ -21,6 +21,7 @@ GRAVITY_M_S2 = 9.81
 POSITION_GAIN_1_S = 1.0
 VELOCITY_GAIN_1_S = np.array([4.0, 4.0, 6.0])
 INTEGRAL_GAIN_1_S2 = 0.5
+SEEKING_M_S2 = 1.7
 SHAPING_GAIN_1_S = 6.0
 REFERENCE_LEASH_M = 2.0
 FOLLOWING_S = np.array([0.15, 0.15, 0.08])
@@ -50,6 +51,9 @@ class Target(NamedTuple):
     yaw_enu_rad: float | None = None
     yaw_rate_rad_s: float = 0.0
     climb_acceleration_m_s2: float | None = None
+    # By PX4's loops for setpoints from outside: velocity alone holds no position. Otherwise by a shaped reference.
+    cascade: bool = False
+    speed_m_s: float = math.inf
 
 
 class Reference(NamedTuple):
@@ -103,12 +107,17 @@ def shape(velocity: Array, acceleration: Array, wanted: Array, limits: tuple[flo
     return velocity + acceleration * step_s, acceleration
 
 
+def horizontal_acceleration(target: Target, limits: Limits) -> float:
+    """Positions are flown to more gently than velocities are changed."""
+    return limits.acceleration_m_s2 if target.east_north_m is None else min(limits.acceleration_m_s2, SEEKING_M_S2)
+
+
 def wanted_velocity(target: Target, position_enu_m: Array, limits: Limits) -> Array:
     """The target as a velocity within the limits, (3,)."""
     wanted = np.array(target.velocity_enu_m_s)
     if target.east_north_m is not None:
         error = np.array(target.east_north_m) - position_enu_m[:2]
-        wanted[:2] += seek(error, limits.speed_m_s, limits.acceleration_m_s2)
+        wanted[:2] += seek(error, limits.speed_m_s, horizontal_acceleration(target, limits))
     if target.altitude_m is not None:
         climb = target.climb_acceleration_m_s2 or limits.climb_acceleration_m_s2
         wanted[2] += seek(np.array([target.altitude_m - position_enu_m[2]]), limits.climb_m_s, climb)[0]
@@ -122,7 +131,7 @@ def advance(reference: Reference, target: Target, position_enu_m: Array, limits:
     wanted = wanted_velocity(target, reference.position_enu_m, limits)
     climb = target.climb_acceleration_m_s2 or limits.climb_acceleration_m_s2
     shaped, acceleration = np.empty(3), np.empty(3)
-    for axes, most in ((slice(0, 2), limits.acceleration_m_s2), (slice(2, 3), climb)):
+    for axes, most in ((slice(0, 2), horizontal_acceleration(target, limits)), (slice(2, 3), climb)):
         shaped[axes], acceleration[axes] = shape(
             reference.shaped_enu_m_s[axes], reference.acceleration_enu_m_s2[axes], wanted[axes],
             (most, limits.jerk_m_s3), step_s,
@@ -148,10 +157,44 @@ def thrust_acceleration(
     velocity = reference.velocity_enu_m_s + POSITION_GAIN_1_S * (reference.position_enu_m - position_enu_m)
     error = velocity - velocity_enu_m_s
     integral = limited(reference.integral_m_s2 + INTEGRAL_GAIN_1_S2 * error * step_s, INTEGRAL_LIMIT_M_S2)
-    thrust = reference.acceleration_enu_m_s2 + VELOCITY_GAIN_1_S * error + integral
+    thrust = _within_tilt(reference.acceleration_enu_m_s2 + VELOCITY_GAIN_1_S * error + integral)
+    return thrust, reference._replace(integral_m_s2=integral)
+
+
+# PX4's MPC_XY_P and MPC_Z_P, MPC_XY_VEL_P_ACC and MPC_Z_VEL_P_ACC, MPC_XY_VEL_I_ACC and MPC_Z_VEL_I_ACC.
+CASCADE_POSITION_1_S = np.array([0.95, 0.95, 1.0])
+CASCADE_VELOCITY_1_S = np.array([1.8, 1.8, 4.0])
+CASCADE_INTEGRAL_1_S2 = np.array([0.4, 0.4, 2.0])
+
+
+def carried(reference: Reference, target: Target, position_enu_m: Array, velocity_enu_m_s: Array, step_s: float) -> Reference:
+    """A reference that goes along with the craft, for loops that need none."""
+    return Reference(
+        position_enu_m, velocity_enu_m_s, velocity_enu_m_s, np.zeros(3), reference.integral_m_s2,
+        _turned(reference, target, step_s),
+    )
+
+
+def cascaded_acceleration(reference: Reference, target: Target, limits: Limits, step_s: float) -> tuple[Array, Reference]:
+    """As `thrust_acceleration`, by PX4's cascade: a distance makes a velocity, to which the wanted one is added."""
+    wanted = np.array(target.velocity_enu_m_s)
+    if target.east_north_m is not None:
+        wanted[:2] += CASCADE_POSITION_1_S[:2] * (np.array(target.east_north_m) - reference.position_enu_m[:2])
+    if target.altitude_m is not None:
+        wanted[2] += CASCADE_POSITION_1_S[2] * (target.altitude_m - reference.position_enu_m[2])
+    wanted[:2] = limited(wanted[:2], min(limits.speed_m_s, target.speed_m_s))
+    wanted[2] = min(max(wanted[2], -limits.descent_m_s), limits.climb_m_s)
+    error = wanted - reference.velocity_enu_m_s
+    integral = limited(reference.integral_m_s2 + CASCADE_INTEGRAL_1_S2 * error * step_s, INTEGRAL_LIMIT_M_S2)
+    return _within_tilt(CASCADE_VELOCITY_1_S * error + integral), reference._replace(integral_m_s2=integral)
+
+
+def _within_tilt(acceleration_m_s2: Array) -> Array:
+    """The thrust of an acceleration, gravity included, within what tilt and rotors can do."""
+    thrust = acceleration_m_s2.copy()
     thrust[2] = min(max(thrust[2] + GRAVITY_M_S2, 0.2 * GRAVITY_M_S2), 1.8 * GRAVITY_M_S2)
     thrust[:2] = limited(thrust[:2], thrust[2] * math.tan(TILT_LIMIT_RAD))
-    return thrust, reference._replace(integral_m_s2=integral)
+    return thrust
 
 
 def attitude(thrust_m_s2: Array, yaw_enu_rad: float) -> Array:

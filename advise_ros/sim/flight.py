@@ -31,6 +31,7 @@ class Flight:
     timeout_s: float = 3.0
     mode: IntEnum = Mode.STABILIZE
     home_m: tuple[float, float] = HOME
+    return_altitude_m: float = RTL_ALTITUDE_M
     takeoff_to_m: float | None = field(default=None, init=False)
     _lift_at_s: float = field(default=0.0, init=False)
     _setpoint: tuple[Setpoint, float] | None = field(default=None, init=False)
@@ -92,7 +93,7 @@ class Flight:
         if now_s < self._lift_at_s:
             return None
         target = Target(altitude_m=altitude, climb_acceleration_m_s2=TAKEOFF_ACCELERATION_M_S2)
-        if abs(state.altitude_m - altitude) < TAKEOFF_REACHED_M:
+        if abs(state.estimated_altitude_m - altitude) < TAKEOFF_REACHED_M:
             self.takeoff_to_m = None
             east, north, _ = (float(part) for part in state.reference.position_enu_m)
             self._setpoint = Setpoint(position_enu_m=(east, north, altitude)), now_s
@@ -101,9 +102,9 @@ class Flight:
     def _return(self, state: State, now_s: float) -> Target | None:
         """Climb, fly home, wait, then land."""
         if not self._climbed:
-            self._climbed = state.altitude_m > RTL_ALTITUDE_M - ARRIVED_M
-            return Target(altitude_m=RTL_ALTITUDE_M)
-        east, north = (float(part) for part in state.position_enu_m[:2])
+            self._climbed = state.estimated_altitude_m > self.return_altitude_m - ARRIVED_M
+            return Target(altitude_m=self.return_altitude_m)
+        east, north = (float(part) for part in state.estimated_position_enu_m[:2])
         near = abs(east - self.home_m[0]) < ARRIVED_M and abs(north - self.home_m[1]) < ARRIVED_M
         if near and self._arrived_at_s is None:
             self._arrived_at_s = now_s
@@ -123,5 +124,5 @@ def seek(setpoint: Setpoint) -> Target:
 
 def descend(state: State, over_m: tuple[float, float] | None = None) -> Target:
     """Straight down, or over a place."""
-    speed = LAND_M_S if state.altitude_m < LAND_SLOWLY_BELOW_M else LAND_FAST_M_S
+    speed = LAND_M_S if state.estimated_altitude_m < LAND_SLOWLY_BELOW_M else LAND_FAST_M_S
     return Target((0.0, 0.0, -speed), east_north_m=over_m)

@@ -16,6 +16,7 @@ from advise_ros.sim import flight, px4_flight, vehicle
 
 Message = Any
 Range = tuple[float, float]
+Entry = float | tuple[float, float, float]
 
 REAL, INTEGER = mavlink.MAV_PARAM_TYPE_REAL32, mavlink.MAV_PARAM_TYPE_INT32
 
@@ -67,39 +68,44 @@ class Parameters:
         )
 
 
+def _made(table: dict[str, Entry], **more: Any) -> Parameters:
+    """Parameters of name -> (value, lowest, highest), or the value alone where nobody can change it."""
+    values = {name: entry[0] if isinstance(entry, tuple) else entry for name, entry in table.items()}
+    settable = {name: (entry[1], entry[2]) for name, entry in table.items() if isinstance(entry, tuple)}
+    return Parameters(values, settable, **more)
+
+
 def of_arducopter(config: SimulatorConfig) -> Parameters:
-    """ArduCopter's, as it comes out of the box; GUID_TIMEOUT as configured."""
-    return Parameters({
+    """ArduCopter's, as it comes out of the box; GUID_TIMEOUT as configured. Altitudes and speeds in cm and cm/s."""
+    return _made({
         'SYSID_THISMAV': float(config.system_id),
-        'GUID_TIMEOUT': config.guided_timeout_s,
-        'FS_GCS_ENABLE': 0.0,
-        'FS_GCS_TIMEOUT': 5.0,
-        'FENCE_ENABLE': 0.0,
-        'FENCE_TYPE': 7.0,
-        'FENCE_ACTION': 1.0,
-        'FENCE_RADIUS': 300.0,
-        'FENCE_ALT_MAX': 100.0,
+        'GUID_TIMEOUT': (config.guided_timeout_s, 0.1, 60.0),
+        'FS_GCS_ENABLE': (0.0, 0.0, 7.0), 'FS_GCS_TIMEOUT': (5.0, 2.0, 120.0), 'FS_EKF_ACTION': (1.0, 1.0, 3.0),
+        'FENCE_ENABLE': (0.0, 0.0, 1.0), 'FENCE_TYPE': (7.0, 0.0, 15.0), 'FENCE_ACTION': (1.0, 0.0, 8.0),
+        'FENCE_RADIUS': (300.0, 30.0, 10_000.0), 'FENCE_ALT_MAX': (100.0, 10.0, 1000.0), 'FENCE_MARGIN': (2.0, 1.0, 10.0),
         'ARMING_CHECK': 1.0,
         'DISARM_DELAY': vehicle.DISARM_DELAY_S,
         'WPNAV_SPEED': config.max_speed_m_s * 100.0,
         'WPNAV_ACCEL': config.acceleration_m_s2 * 100.0,
         'LAND_SPEED': flight.LAND_M_S * 100.0,
-        'RTL_ALT': flight.RTL_ALTITUDE_M * 100.0,
-    }, {
-        'GUID_TIMEOUT': (0.1, 60.0), 'FS_GCS_ENABLE': (0.0, 7.0), 'FS_GCS_TIMEOUT': (2.0, 120.0), 'FENCE_ENABLE': (0.0, 1.0),
-        'FENCE_TYPE': (0.0, 15.0), 'FENCE_ACTION': (0.0, 8.0), 'FENCE_RADIUS': (30.0, 10_000.0), 'FENCE_ALT_MAX': (10.0, 1000.0),
+        'RTL_ALT': (flight.RTL_ALTITUDE_M * 100.0, 30.0, 300_000.0), 'RTL_CONE_SLOPE': (3.0, 0.5, 10.0),
+        # What SITL simulates wrongly when asked; degrees of latitude and longitude, under the newer and the older name.
+        'SIM_GPS1_GLTCH_X': (0.0, -1.0, 1.0), 'SIM_GPS1_GLTCH_Y': (0.0, -1.0, 1.0), 'SIM_GPS1_ENABLE': (1.0, 0.0, 1.0),
+        'SIM_GPS_GLITCH_X': (0.0, -1.0, 1.0), 'SIM_GPS_GLITCH_Y': (0.0, -1.0, 1.0), 'SIM_GPS_DISABLE': (0.0, 0.0, 1.0),
     })
 
 
 def of_px4(config: SimulatorConfig) -> Parameters:
-    """PX4's, as it comes out of the box."""
-    whole = {
-        'MAV_SYS_ID': float(config.system_id), 'COM_OBL_RC_ACT': 0.0, 'COM_RCL_EXCEPT': 0.0, 'NAV_DLL_ACT': 0.0, 'GF_ACTION': 2.0,
+    """PX4's, as a multicopter on SIH comes out of the box."""
+    whole: dict[str, Entry] = {
+        'MAV_SYS_ID': float(config.system_id), 'COM_OBL_RC_ACT': (0.0, 0.0, 7.0), 'COM_RCL_EXCEPT': (0.0, 0.0, 31.0),
+        'NAV_DLL_ACT': (0.0, 0.0, 6.0), 'GF_ACTION': (2.0, 0.0, 5.0), 'SIM_GPS_USED': (10.0, 0.0, 50.0),
     }
-    return Parameters({
-        **whole, 'COM_OF_LOSS_T': 1.0, 'COM_DISARM_PRFLT': vehicle.DISARM_DELAY_S, 'MIS_TAKEOFF_ALT': px4_flight.TAKEOFF_M,
-        'GF_MAX_HOR_DIST': 0.0, 'GF_MAX_VER_DIST': 0.0,
-    }, {
-        'COM_OBL_RC_ACT': (0.0, 7.0), 'COM_RCL_EXCEPT': (0.0, 31.0), 'NAV_DLL_ACT': (0.0, 6.0), 'GF_ACTION': (0.0, 5.0),
-        'COM_OF_LOSS_T': (0.0, 60.0), 'GF_MAX_HOR_DIST': (0.0, 10_000.0), 'GF_MAX_VER_DIST': (0.0, 10_000.0),
-    }, frozenset(whole), bytewise=True)
+    return _made({
+        **whole,
+        'COM_OF_LOSS_T': (1.0, 0.0, 60.0), 'COM_DISARM_PRFLT': vehicle.DISARM_DELAY_S, 'MIS_TAKEOFF_ALT': px4_flight.TAKEOFF_M,
+        'GF_MAX_HOR_DIST': (0.0, 0.0, 10_000.0), 'GF_MAX_VER_DIST': (0.0, 0.0, 10_000.0),
+        'RTL_RETURN_ALT': (px4_flight.RETURN_ALTITUDE_M, 0.0, 150.0),
+        'MPC_XY_VEL_MAX': (px4_flight.FASTEST_M_S, 0.0, 20.0),
+        'MPC_XY_CRUISE': (5.0, 0.5, 20.0), 'MPC_VEL_MANUAL': (10.0, 0.5, 20.0),
+    }, integers=frozenset(whole), bytewise=True)

@@ -47,6 +47,10 @@ class Px4(Autopilot):
 
     def _parameters_changed(self) -> None:
         self.vehicle.flight.timeout_s = self._parameters['COM_OF_LOSS_T']
+        self._px4.flight.fastest_m_s = fastest = self._parameters['MPC_XY_VEL_MAX']
+        for slower in ('MPC_XY_CRUISE', 'MPC_VEL_MANUAL'):  # For good, as the real one.
+            self._parameters.values[slower] = min(self._parameters[slower], fastest)
+        self._px4.flight.return_altitude_m = self._parameters['RTL_RETURN_ALT']
         self._px4.offboard_loss_action = round(self._parameters['COM_OBL_RC_ACT'])
         self._px4.sticks_exceptions = round(self._parameters['COM_RCL_EXCEPT'])
         self._px4.ground_station_loss_action = round(self._parameters['NAV_DLL_ACT'])

@@ -15,6 +15,8 @@ TAKEOFF_M = 2.5
 SPEED_SHARE = 0.81
 CLIMB_SEEN_M_S = 0.05
 SINK_M_S = 0.7
+RETURN_ALTITUDE_M = 30.0
+FASTEST_M_S = 12.0
 
 
 @dataclass
@@ -22,6 +24,9 @@ class Px4Flight(Flight):
     """What each of PX4's modes flies; setpoints do not grow stale here, OFFBOARD is left instead."""
 
     mode: Px4Mode = Px4Mode.LOITER
+    # MPC_XY_VEL_MAX: nothing else bounds what a position setpoint flies.
+    fastest_m_s: float = FASTEST_M_S
+    return_altitude_m: float = RETURN_ALTITUDE_M
 
     def moving_setpoint_age_s(self, now_s: float) -> float:
         if self.mode is not Px4Mode.OFFBOARD or self._setpoint is None or not any(self._setpoint[0].velocity_enu_m_s or ()):
@@ -43,19 +48,29 @@ class Px4Flight(Flight):
         if self._setpoint is None:
             return HOLD
         setpoint = self._setpoint[0]
-        east, north, up = setpoint.velocity_enu_m_s or (0.0, 0.0, 0.0)
-        if state.touches_ground and (up < CLIMB_SEEN_M_S or now_s < self._lift_at_s):
+        if state.touches_ground and (not climbs(setpoint, state) or now_s < self._lift_at_s):
             return None
-        velocity = SPEED_SHARE * east, SPEED_SHARE * north, SPEED_SHARE * up
-        return Target(velocity, yaw_enu_rad=setpoint.yaw_enu_rad, yaw_rate_rad_s=setpoint.yaw_rate_enu_rad_s)
+        share = SPEED_SHARE if setpoint.position_enu_m is None else 1.0
+        east, north, up = (share * part for part in setpoint.velocity_enu_m_s or (0.0, 0.0, 0.0))
+        altitude = setpoint.altitude_m if setpoint.position_enu_m is None else setpoint.position_enu_m[2]
+        return Target(
+            (east, north, up), None if setpoint.position_enu_m is None else setpoint.position_enu_m[:2], altitude,
+            setpoint.yaw_enu_rad, setpoint.yaw_rate_enu_rad_s, cascade=True, speed_m_s=self.fastest_m_s,
+        )
 
-    def take(self, setpoint: Setpoint, now_s: float, *, grounded: bool) -> None:
-        """Keep a setpoint; on the ground the first one that climbs starts the rotors."""
-        climbs = (setpoint.velocity_enu_m_s or (0.0, 0.0, 0.0))[2] >= CLIMB_SEEN_M_S
-        if grounded and climbs and self._lift_at_s == 0.0:
+    def take(self, setpoint: Setpoint, now_s: float, grounded: State | None) -> None:
+        """Keep a setpoint; the first one that climbs starts the rotors of a vehicle on the ground, whose state is given."""
+        if grounded is not None and climbs(setpoint, grounded) and self._lift_at_s == 0.0:
             self._lift_at_s = now_s + SPOOL_UP_S
         self._setpoint = setpoint, now_s
 
     def forget(self) -> None:
         super().forget()
         self._lift_at_s = 0.0
+
+
+def climbs(setpoint: Setpoint, state: State) -> bool:
+    """Whether a setpoint leads up from where the vehicle believes itself."""
+    up = (setpoint.velocity_enu_m_s or (0.0, 0.0, 0.0))[2]
+    altitude = setpoint.altitude_m if setpoint.position_enu_m is None else setpoint.position_enu_m[2]
+    return up + (0.0 if altitude is None else altitude - state.estimated_altitude_m) >= CLIMB_SEEN_M_S

@@ -9,6 +9,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from advise_ros.config import SimulatorConfig
 from advise_ros.sim.control import Target
+from advise_ros.sim.estimator import Wander
 from advise_ros.sim.modes import PX4_ARMABLE, Px4Mode, known_px4
 from advise_ros.sim.px4_flight import TAKEOFF_M, Px4Flight
 from advise_ros.sim.setpoints import Setpoint
@@ -42,6 +43,7 @@ class Px4Vehicle(Vehicle):
         self.offboard_loss_action = self.sticks_exceptions = self.ground_station_loss_action = 0
         self.intended = self.mode
         self._after_disarming = self.mode
+        self._wander = Wander(config.drift_m_s, rng.spawn(1)[0], config.step_s)
         self._streamed_s = self._stream_began_s = -100.0
 
     def _new_flight(self, home_m: tuple[float, float]) -> Px4Flight:
@@ -67,7 +69,7 @@ class Px4Vehicle(Vehicle):
             self._stream_began_s = self.now_s
         self._streamed_s = self.now_s
         if self.mode is Px4Mode.OFFBOARD and self.armed:
-            self.flight.take(setpoint, self.now_s, grounded=not self.airborne)
+            self.flight.take(setpoint, self.now_s, self.state if not self.airborne else None)
 
     def arm(self, *, force: bool = False) -> Outcome:
         if self.armed:
@@ -130,7 +132,13 @@ class Px4Vehicle(Vehicle):
             self.flight.enter(Px4Mode.LOITER)
 
     def altitude_left_m(self, altitude_m: float) -> float:
-        return altitude_m - self.state.altitude_m
+        return altitude_m - self.state.estimated_altitude_m
+
+    def _estimate(self) -> None:
+        self._wander.step()
+        self.state = self.state._replace(
+            position_error_m=self._wander.position_m, velocity_error_m_s=self._wander.velocity_m_s,
+        )
 
     def _target(self) -> Target | None:
         return self.flight.target(self.state, self.now_s) if self.armed and self._flies() else None

@@ -18,14 +18,21 @@ Array = NDArray[np.float64]
 Command = dict[str, Array | float]
 
 CONTACT_M = 0.01
+NO_ERROR = np.zeros(3)
 
 
 class State(NamedTuple):
-    """The craft at one instant; the arrays are never written to."""
+    """The craft at one instant; the arrays are never written to.
+
+    The body is the truth; the autopilot flies by its estimate, and the reference is in the estimate's frame.
+    """
 
     body: Body
     reference: Reference
     gust_m_s: Array
+    # Estimate minus truth, (3,) each.
+    position_error_m: Array = NO_ERROR
+    velocity_error_m_s: Array = NO_ERROR
 
     @property
     def position_enu_m(self) -> Array:
@@ -38,6 +45,19 @@ class State(NamedTuple):
     @property
     def altitude_m(self) -> float:
         return float(self.body['x'][2])
+
+    @property
+    def estimated_position_enu_m(self) -> Array:
+        """Where the autopilot believes itself."""
+        return self.body['x'] + self.position_error_m
+
+    @property
+    def estimated_velocity_enu_m_s(self) -> Array:
+        return self.body['v'] + self.velocity_error_m_s
+
+    @property
+    def estimated_altitude_m(self) -> float:
+        return float(self.body['x'][2] + self.position_error_m[2])
 
     @property
     def touches_ground(self) -> bool:
@@ -91,23 +111,29 @@ class Quadcopter:
             return state._replace(gust_m_s=gust)
         body = airframe.at_rest((float(state.body['x'][0]), float(state.body['x'][1]), 0.0))
         body['q'] = np.array([0.0, 0.0, np.sin(yaw / 2), np.cos(yaw / 2)])
-        return State(body, control.at_rest(body['x'], yaw), gust)
+        return state._replace(body=body, reference=control.at_rest(state.estimated_position_enu_m, yaw), gust_m_s=gust)
 
     def _flying(self, state: State, target: Target | None, gust: Array) -> State:
         body = {**state.body, 'wind': self.wind.at(gust)}
         if target is None:
             command: Command = {'cmd_thrust': 0.0, 'cmd_q': body['q']}
-            reference = control.at_rest(body['x'], euler(body['q'])[2])
+            reference = control.at_rest(state.estimated_position_enu_m, euler(body['q'])[2])
         else:
             command, reference = self._commanded(state, target)
-        return State(self.airframe.step(body, command, self.step_s), reference, gust)
+        return state._replace(body=self.airframe.step(body, command, self.step_s), reference=reference, gust_m_s=gust)
 
     def _commanded(self, state: State, target: Target) -> tuple[Command, Reference]:
-        body = state.body
-        reference = control.advance(state.reference, target, body['x'], self.limits, self.step_s)
+        body, position, velocity = state.body, state.estimated_position_enu_m, state.estimated_velocity_enu_m_s
+        if target.cascade:
+            reference = control.carried(state.reference, target, position, velocity, self.step_s)
+        else:
+            reference = control.advance(state.reference, target, position, self.limits, self.step_s)
         if state.touches_ground:  # What the ground holds back must not build up for the moment of lift-off.
-            reference = reference._replace(position_enu_m=body['x'], integral_m_s2=np.zeros(3))
-        thrust, reference = control.thrust_acceleration(reference, body['x'], body['v'], self.step_s)
+            reference = reference._replace(position_enu_m=position, integral_m_s2=np.zeros(3))
+        if target.cascade:
+            thrust, reference = control.cascaded_acceleration(reference, target, self.limits, self.step_s)
+        else:
+            thrust, reference = control.thrust_acceleration(reference, position, velocity, self.step_s)
         up = Airframe.rotate_k(body['q'])
         force = self.airframe.mass * float(thrust @ up)
         return {'cmd_thrust': max(force, 0.0), 'cmd_q': control.attitude(thrust, reference.yaw_enu_rad)}, reference

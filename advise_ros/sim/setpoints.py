@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 from advise_ros.mavlink import frames
 
 POSITION_BITS, VELOCITY_BITS, ACCELERATION_BITS = 0x007, 0x038, 0x1C0
+DOWN_BIT = 0x004
 YAW_BIT, YAW_RATE_BIT = 0x400, 0x800
 
 LOCAL_NED, LOCAL_OFFSET_NED, BODY_NED, BODY_OFFSET_NED = 1, 7, 8, 9
@@ -25,12 +26,17 @@ Vector = tuple[float, float, float]
 
 
 class Setpoint(NamedTuple):
-    """One decoded setpoint in ENU; with neither position nor velocity the craft stops."""
+    """One decoded setpoint in ENU; with neither position nor velocity the craft stops.
+
+    Attributes:
+        altitude_m: held beside a horizontal velocity, which only PX4 does.
+    """
 
     position_enu_m: Vector | None = None
     velocity_enu_m_s: Vector | None = None
     yaw_enu_rad: float | None = None
     yaw_rate_enu_rad_s: float = 0.0
+    altitude_m: float | None = None
 
 
 STOP = Setpoint()
@@ -65,23 +71,26 @@ PX4_FRAMES = frozenset({LOCAL_NED, BODY_NED})
 def decode_px4(message: Any, yaw_enu_rad: float) -> tuple[Setpoint | None, str]:
     """The setpoint as PX4 takes it, None if it counts for nothing, and what PX4 says to it.
 
-    All NaN is rejected in words, one NaN brakes, infinity changes nothing. With neither yaw nor yaw rate the
-    nose holds its heading.
+    A velocity beside a position is added to what the position asks for. All NaN is rejected in words, a NaN among
+    velocities brakes, infinity changes nothing. With neither yaw nor yaw rate the nose holds its heading.
     """
     mask, frame = message.type_mask, message.coordinate_frame
-    if frame not in PX4_FRAMES or mask & VELOCITY_BITS:
+    motion = (message.x, message.y, message.z, message.vx, message.vy, message.vz)
+    asked = [value for bit, value in enumerate(motion) if not mask & 1 << bit]
+    in_body = frame == BODY_NED
+    if frame not in PX4_FRAMES or not asked or any(map(math.isinf, asked)) or (in_body and mask & POSITION_BITS != POSITION_BITS):
         return None, ''
-    velocity = (message.vx, message.vy, message.vz)
-    if all(map(math.isnan, velocity)):
+    if all(map(math.isnan, asked)):
         return None, 'Offboard setpoint rejected: all values are NaN'
-    if any(map(math.isinf, velocity)):
-        return None, ''
-    if any(map(math.isnan, velocity)):
-        velocity = (0.0, 0.0, 0.0)
-    heading = yaw_enu_rad if frame == BODY_NED else None
+    north, east, down, *velocity = (0.0 if mask & 1 << bit else value for bit, value in enumerate(motion))
+    velocity_ned = (0.0, 0.0, 0.0) if any(map(math.isnan, velocity)) else (velocity[0], velocity[1], velocity[2])
+    velocity_enu = _to_enu(velocity_ned, yaw_enu_rad if in_body else None)
     yaw = None if mask & YAW_BIT else frames.yaw_enu_from_ned(message.yaw)
     rate = 0.0 if mask & YAW_RATE_BIT or yaw is not None else frames.yaw_rate_enu_from_ned(message.yaw_rate)
-    return Setpoint(None, _to_enu(velocity, heading), yaw, rate), ''
+    if mask & POSITION_BITS == 0 and not any(map(math.isnan, (north, east, down))):
+        return Setpoint(frames.enu_from_ned((north, east, down)), velocity_enu, yaw, rate), ''
+    altitude = None if mask & DOWN_BIT or math.isnan(down) else -down
+    return Setpoint(None, velocity_enu, yaw, rate, altitude), ''
 
 
 def _to_enu(vector: Vector, body_yaw_enu_rad: float | None) -> Vector:

@@ -73,7 +73,8 @@ def local_position_ned(vehicle: Vehicle) -> Message | None:
     if not vehicle.has_position:
         return None
     state = vehicle.state
-    return mavlink.MAVLink_local_position_ned_message(_ms(vehicle), *_ned(state.position_enu_m), *_ned(state.velocity_enu_m_s))
+    position, velocity = _ned(state.estimated_position_enu_m), _ned(state.estimated_velocity_enu_m_s)
+    return mavlink.MAVLink_local_position_ned_message(_ms(vehicle), *position, *velocity)
 
 
 def attitude(vehicle: Vehicle) -> Message:
@@ -101,9 +102,9 @@ def _landed_state(vehicle: Vehicle) -> int:
     return int(mavlink.MAV_LANDED_STATE_IN_AIR)
 
 
-def _latitude_longitude_e7(vehicle: Vehicle) -> tuple[int, int]:
+def _latitude_longitude_e7(position_enu_m: Any) -> tuple[int, int]:
     """On a plane that touches the earth at the origin."""
-    east, north, _ = (float(part) for part in vehicle.state.position_enu_m)
+    east, north, _ = (float(part) for part in position_enu_m)
     latitude = ORIGIN_LATITUDE_DEG + math.degrees(north / EARTH_RADIUS_M)
     longitude = ORIGIN_LONGITUDE_DEG + math.degrees(east / (EARTH_RADIUS_M * math.cos(math.radians(ORIGIN_LATITUDE_DEG))))
     return round(latitude * 1e7), round(longitude * 1e7)
@@ -114,8 +115,9 @@ def gps_raw_int(vehicle: Vehicle) -> Message:
         return mavlink.MAVLink_gps_raw_int_message(vehicle.now_ns // 1000, 1, 0, 0, 0, 0xFFFF, 0xFFFF, 0xFFFF, 0xFFFF, 0)
     north, east, _ = _ned(vehicle.state.velocity_enu_m_s)
     course = round(math.degrees(math.atan2(east, north)) * 100) % 36000
+    place = _latitude_longitude_e7(vehicle.state.position_enu_m)
     return mavlink.MAVLink_gps_raw_int_message(
-        vehicle.now_ns // 1000, 6, *_latitude_longitude_e7(vehicle), round((ORIGIN_ALTITUDE_M + vehicle.state.altitude_m) * 1000),
+        vehicle.now_ns // 1000, 6, *place, round((ORIGIN_ALTITUDE_M + vehicle.state.altitude_m) * 1000),
         121, 200, round(math.hypot(north, east) * 100), course, 10,
     )
 
@@ -123,11 +125,12 @@ def gps_raw_int(vehicle: Vehicle) -> Message:
 def global_position_int(vehicle: Vehicle) -> Message | None:
     if not vehicle.has_position:
         return None
-    north, east, down = (round(part * 100) for part in _ned(vehicle.state.velocity_enu_m_s))
-    height = round(vehicle.state.altitude_m * 1000)
+    north, east, down = (round(part * 100) for part in _ned(vehicle.state.estimated_velocity_enu_m_s))
+    height = round(vehicle.state.estimated_altitude_m * 1000)
     heading = round(math.degrees(_angles_ned_rad(vehicle)[2]) * 100) % 36000
+    place = _latitude_longitude_e7(vehicle.state.estimated_position_enu_m)
     return mavlink.MAVLink_global_position_int_message(
-        _ms(vehicle), *_latitude_longitude_e7(vehicle), round(ORIGIN_ALTITUDE_M * 1000) + height, height,
+        _ms(vehicle), *place, round(ORIGIN_ALTITUDE_M * 1000) + height, height,
         north, east, down, heading,
     )
 

@@ -177,11 +177,15 @@ class Vehicle:
         """One tick of simulated time."""
         noise = self._rng.standard_normal(2)
         self.now_ns += self._step_ns
+        self._estimate()
         target = self._target()
         self.state = self._quadcopter.step(self.state, target, noise)
         self.battery = self.battery.after(self._config.step_s, armed=self.armed, airborne=self.airborne)
         self._watch_ground(target)
         self._watch_battery()
+
+    def _estimate(self) -> None:
+        """Update what the autopilot believes."""
 
     def _target(self) -> Target | None:
         if not self.armed:
