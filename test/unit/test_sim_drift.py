@@ -201,4 +201,4 @@ def test_arducopter_flies_to_a_position_as_fast_as_seen(distance_m, fastest_m_s,
             there = companion.vehicle.now_s - begun
     assert fastest == pytest.approx(fastest_m_s, rel=0.15)
     assert there == pytest.approx(there_s, abs=1.5)
-    assert companion.ned[0] == pytest.approx(distance_m, abs=0.1)
+    assert companion.ned[0] == pytest.approx(distance_m, abs=0.3)
