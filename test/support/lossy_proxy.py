@@ -1,4 +1,8 @@
-"""A bad radio on loopback: a UDP relay that loses, delays, reorders and cuts, and writes down what passes."""
+"""A bad radio on loopback: a UDP relay that loses, delays, reorders and cuts, and writes down what passes.
+
+`wire` is the radio: it loses, and its jitter lets datagrams overtake others. `delay` is a queue before it, for each
+direction: late by what support/delays.py says, nothing lost, nothing overtaken.
+"""
 
 from __future__ import annotations
 
@@ -15,6 +19,7 @@ import numpy as np
 
 from advise_ros.mavlink.framing import Framer
 from advise_ros.mavlink.messages import Message
+from support.delays import Delay, Queue, steady
 
 Address = tuple[str, int]
 LONGEST_WAIT_S = 0.2
@@ -47,19 +52,22 @@ class LossyProxy:
         wire: how bad it is now; replace it at any time.
         port: where the vehicle sends to.
         passed: datagrams handed on, by direction: to the companion, to the vehicle.
+        latest_s: how late the newest of them was, by direction.
     """
 
     def __init__(self, companion_port: int, rng: np.random.Generator, on_message: Callable[[str, Message, float], Any]) -> None:
         """Start; `on_message(direction, message, steady_s)` sees what enters, 'up' from the vehicle or 'down' to it."""
         self.wire = GOOD
         self.passed = {'up': 0, 'down': 0}
+        self.latest_s = {'up': 0.0, 'down': 0.0}
         self._rng, self._on_message = rng, on_message
         self._companion: Address = ('127.0.0.1', companion_port)
         self._vehicle: Address | None = None
         self._sockets = {'up': _bound(), 'down': _bound()}  # Each hears one side and speaks to it.
         self._framers = {'up': Framer(), 'down': Framer()}
-        self._waiting: list[tuple[float, int, str, bytes]] = []
+        self._waiting: list[tuple[float, int, str, bytes, float]] = []
         self._number = 0
+        self._queues = {direction: Queue(steady(0.0), time.monotonic()) for direction in ('up', 'down')}
         self._closing = False
         self._thread = threading.Thread(target=self._run, name='lossy-proxy', daemon=True)
         self._thread.start()
@@ -67,6 +75,10 @@ class LossyProxy:
     @property
     def port(self) -> int:
         return int(self._sockets['up'].getsockname()[1])
+
+    def delay(self, direction: str, delay: Delay) -> None:
+        """Be late from now on in a direction: 'up' from the vehicle, 'down' to it. Each may be changed at any time."""
+        self._queues[direction] = self._queues[direction].changed(delay, time.monotonic())
 
     def tell_vehicle(self, data: bytes) -> None:
         """Send it something of our own, once it has spoken."""
@@ -107,16 +119,17 @@ class LossyProxy:
         if wire.cut or self._rng.random() < wire.loss:
             return
         self._number += 1
-        due_s = now_s + wire.delay_s + wire.jitter_s * self._rng.random()
-        heapq.heappush(self._waiting, (due_s, self._number, direction, data))
+        due_s = self._queues[direction].due_s(now_s) + wire.delay_s + wire.jitter_s * self._rng.random()
+        heapq.heappush(self._waiting, (due_s, self._number, direction, data, now_s))
 
     def _hand_on(self) -> None:
         now_s = time.monotonic()
         while self._waiting and self._waiting[0][0] <= now_s:
-            _, _, direction, data = heapq.heappop(self._waiting)
+            _, _, direction, data, taken_s = heapq.heappop(self._waiting)
             to = self._companion if direction == 'up' else self._vehicle
             if self.wire.cut or to is None:
                 continue
+            self.latest_s[direction] = now_s - taken_s
             try:
                 self._sockets['down' if direction == 'up' else 'up'].sendto(data, to)
                 self.passed[direction] += 1
