@@ -303,6 +303,7 @@ class SimulatorConfig:
         'ardupilot', 'whose manners it has: ArduCopter in GUIDED or PX4 in OFFBOARD', choices=('ardupilot', 'px4'),
     )
     endpoint: str = param('udpout:127.0.0.1:14550', 'udpout:host:port, udpin:host:port or tcpin:host:port')
+    second_endpoint: str = param('', 'another link with its own message rates, for a ground station or a second companion')
     speedup: float = param(1.0, 'simulated seconds a second; 0: as fast as it goes', low=0.0, high=1000.0)
     publish_clock: bool = param(True, 'publish /clock')
     clock_rate_hz: float = param(100.0, 'most /clock messages a second (steady time)', low=1.0, high=1000.0)

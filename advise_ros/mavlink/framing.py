@@ -26,7 +26,7 @@ SPOKEN = {int(getattr(dialect, f'MAVLINK_MSG_ID_{name}')): length for name, leng
     'MANUAL_CONTROL': 11, 'COMMAND_INT': 35, 'COMMAND_LONG': 33, 'COMMAND_ACK': 3, 'SET_POSITION_TARGET_LOCAL_NED': 53,
     'TIMESYNC': 16, 'BATTERY_STATUS': 36, 'AUTOPILOT_VERSION': 60, 'EKF_STATUS_REPORT': 22, 'EXTENDED_SYS_STATE': 2,
     'STATUSTEXT': 51, 'REQUEST_DATA_STREAM': 6, 'SYSTEM_TIME': 12, 'POSITION_TARGET_LOCAL_NED': 51, 'ESTIMATOR_STATUS': 42,
-    'ODOMETRY': 230,
+    'ODOMETRY': 230, 'SIM_STATE': 84, 'SIMSTATE': 44, 'HIL_STATE_QUATERNION': 64,
 }.items()}
 _LONGEST_PAYLOAD = {number: kind.unpacker.size for number, kind in dialect.mavlink_map.items()}
 

@@ -15,7 +15,7 @@ from advise_ros.mavlink.signing import optional_key
 from advise_ros.ros import convert, parameters, qos, run
 from advise_ros.ros.diagnostics import OK, WARN, Diagnostics
 from advise_ros.sim.arducopter import ArduCopter
-from advise_ros.sim.autopilot import COMPONENT_ID
+from advise_ros.sim.autopilot import COMPONENT_ID, Message
 from advise_ros.sim.link import Link
 from advise_ros.sim.pacing import Pacer, Patience
 from advise_ros.sim.px4 import Px4
@@ -33,8 +33,10 @@ class SimulatorNode(Node):
     It sends heartbeats to `endpoint` and waits for a companion (mavlink_bridge) or a ground station: message
     intervals, mode, arm, take-off, velocity setpoints, land; what the real ones refuse, it refuses. Simulated
     time runs `speedup` times as fast as steady time; the flight is the same at every speed. Publishes /clock
-    (rosgraph_msgs/Clock), equal to the time_boot_ms of its messages, and says on /diagnostics which speed it
-    reaches. At any speed but 1 every other node needs -p use_sim_time:=true.
+    (rosgraph_msgs/Clock), at most some milliseconds ahead of the time_boot_ms of its messages, and says on
+    /diagnostics which speed it reaches. At any speed but 1 every other node needs -p use_sim_time:=true.
+    A `second_endpoint` takes a ground station or another companion beside the first; docs/simulator.md lists what
+    it does as the real ones do.
 
     Examples:
       ros2 run advise_ros simulator --ros-args -p endpoint:=udpout:127.0.0.1:14550 -p speedup:=10.0
@@ -46,7 +48,10 @@ class SimulatorNode(Node):
         super().__init__('simulator')
         self.config = parameters.load(self, SimulatorConfig)
         self._autopilot = DIALECTS[self.config.autopilot](self.config, np.random.default_rng(self.config.seed))
-        self._link = Link(self.config.endpoint, self.config.system_id, COMPONENT_ID, optional_key(self.config.signing_key_file))
+        self._links = [self._open('endpoint')]
+        if self.config.second_endpoint:
+            self._links.append(self._open('second_endpoint'))
+            self._autopilot.add_channel()
         self._pacer = Pacer(self.config.speedup, round(self.config.step_s * 1e9))
         self._patience = Patience(self.config.setpoint_lead_s)
         self._clock_period_ns = round(1e9 / self.config.clock_rate_hz)
@@ -57,6 +62,10 @@ class SimulatorNode(Node):
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(self._timer_period_s(), self._turn, clock=steady)
         self.create_timer(1.0, self._report, clock=steady)
+
+    def _open(self, parameter: str) -> Link:
+        key = optional_key(self.config.signing_key_file)
+        return Link(getattr(self.config, parameter), self.config.system_id, COMPONENT_ID, key, parameter)
 
     def _timer_period_s(self) -> float:
         if self.config.speedup == 0.0:
@@ -73,15 +82,25 @@ class SimulatorNode(Node):
             if self._patience.waits(vehicle.flight.moving_setpoint_age_s(vehicle.now_s), now_ns):
                 self._pacer.forgive(now_ns)
                 return
-            messages = self._autopilot.step()
+            messages = self._autopilot.step_all()
             self._pacer.did(1)
             self._publish_clock(now_ns)
-            self._link.send(messages)
+            for link, due in zip(self._links, messages, strict=True):
+                link.send(due)
 
     def _answer(self) -> None:
-        for message in self._link.read():
-            self._spoken_to = True
-            self._link.send(self._autopilot.receive(message))
+        for number, link in enumerate(self._links):
+            for message in link.read():
+                self._spoken_to = True
+                self._forward(message, link)
+                link.send(self._autopilot.receive(message, number))
+
+    def _forward(self, message: Message, source: Link) -> None:
+        """Peers on other links hear each other's heartbeats, as with the real ones, and nothing else."""
+        if message.get_type() == 'HEARTBEAT':
+            for link in self._links:
+                if link is not source:
+                    link.pass_on(message)
 
     def _publish_clock(self, steady_ns: int) -> None:
         if self._clock_publisher is not None and steady_ns - self._clock_sent_ns >= self._clock_period_ns:
@@ -106,7 +125,8 @@ class SimulatorNode(Node):
             self._diagnostics.set(OK, 'simulating' if vehicle.ready else 'simulating; not ready to arm yet', values)
 
     def close(self) -> None:
-        self._link.close()
+        for link in self._links:
+            link.close()
 
 
 def main() -> None:

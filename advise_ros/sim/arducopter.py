@@ -6,9 +6,10 @@ import numpy as np
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from advise_ros.config import SimulatorConfig
-from advise_ros.sim import parameters, setpoints
+from advise_ros.sim import geofence, parameters, setpoints
 from advise_ros.sim.autopilot import ACCEPTED, DENIED, Autopilot, Command, Message, ack, integer
 from advise_ros.sim.failsafe import GROUND_STATION_SYSTEM_ID, GroundStationFailsafe
+from advise_ros.sim.geography import metres_from_degrees
 from advise_ros.sim.modes import Mode
 from advise_ros.sim.setpoints import Setpoint
 from advise_ros.sim.vehicle import Vehicle
@@ -19,6 +20,8 @@ STREAMED = (
     mavlink.MAVLINK_MSG_ID_LOCAL_POSITION_NED, mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT,
     mavlink.MAVLINK_MSG_ID_EKF_STATUS_REPORT,
 )
+# FENCE_ACTION; 0 only reports.
+FENCE_ACTIONS = {1: Mode.RTL, 2: Mode.LAND, 3: Mode.RTL, 4: Mode.BRAKE}
 
 
 class ArduCopter(Autopilot):
@@ -27,10 +30,12 @@ class ArduCopter(Autopilot):
     def __init__(self, config: SimulatorConfig, rng: np.random.Generator) -> None:
         super().__init__(Vehicle(config, rng), parameters.of_arducopter(config), config.system_id)
         self._failsafe = GroundStationFailsafe()
+        self._parameters_changed()
         self._handlers['SET_MODE'] = self._on_set_mode
         self._handlers['REQUEST_DATA_STREAM'] = self._on_data_stream
         self._commands[mavlink.MAV_CMD_NAV_LAND] = lambda _: self._mode(Mode.LAND)
         self._commands[mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH] = lambda _: self._mode(Mode.RTL)
+        self._commands[mavlink.MAV_CMD_DO_CHANGE_SPEED] = self._change_speed
         self._commands[mavlink.MAV_CMD_RUN_PREARM_CHECKS] = self._prearm_checks
 
     def _watch(self) -> None:
@@ -38,13 +43,17 @@ class ArduCopter(Autopilot):
         if mode is not None and self.vehicle.armed:
             self.vehicle.say(f'Ground station lost: {mode.name}')
             self._mode(mode)
+        if self.vehicle.crosses_fence() and (action := FENCE_ACTIONS.get(round(self._parameters['FENCE_ACTION']))):
+            self.vehicle.say('Fence Breached')
+            self._mode(action)
 
     def _mode(self, number: int) -> tuple[int, list[Message]]:
         """A new mode is told at once, by a heartbeat out of turn; PX4 waits for the next one."""
         before = self.vehicle.mode
         result = super()._mode(number)
         if self.vehicle.mode is not before:
-            self._streams.hurry(mavlink.MAVLINK_MSG_ID_HEARTBEAT, self.vehicle.now_ns)
+            for channel in self._channels:
+                channel.streams.hurry(mavlink.MAVLINK_MSG_ID_HEARTBEAT, self.vehicle.now_ns)
         return result
 
     def _on_heartbeat(self, message: Message) -> list[Message]:
@@ -54,12 +63,33 @@ class ArduCopter(Autopilot):
 
     def _parameters_changed(self) -> None:
         self.vehicle.flight.timeout_s = self._parameters['GUID_TIMEOUT']
-        self.vehicle.flight.return_altitude_m = self._parameters['RTL_ALT'] / 100.0
+        values, flight, vehicle = self._parameters.values, self.vehicle.flight, self.vehicle
+        flight.return_altitude_m, flight.return_slope = values['RTL_ALT'] / 100.0, values['RTL_CONE_SLOPE']
+        vehicle.fence = geofence.of_arducopter(values)
+        flight.ceiling_m = vehicle.fence.height_m - values['FENCE_MARGIN']
+        vehicle.satellites = bool(values['SIM_GPS1_ENABLE']) and not values['SIM_GPS_DISABLE']
+        north, east = (values[f'SIM_GPS1_GLTCH_{axis}'] + values[f'SIM_GPS_GLITCH_{axis}'] for axis in 'XY')
+        vehicle.satellite_shift_m = metres_from_degrees(north, east)
 
     def _setpoint(self, message: Message) -> Setpoint | None:
         state = self.vehicle.state
-        east, north, up = (float(part) for part in state.position_enu_m)
-        return setpoints.decode(message, (east, north, up), state.roll_pitch_yaw_rad[2])
+        east, north, up = (float(part) for part in state.estimated_position_enu_m)
+        setpoint = setpoints.decode(message, (east, north, up), state.roll_pitch_yaw_rad[2])
+        return setpoint if self._within_fence(setpoint) else None
+
+    def _within_fence(self, setpoint: Setpoint) -> bool:
+        """A position beyond the autopilot's own fence is ignored, without a word."""
+        if setpoint.position_enu_m is None:
+            return True
+        east, north, up = setpoint.position_enu_m
+        home = self.vehicle.flight.home_m
+        return not self.vehicle.fence.outside(east - home[0], north - home[1], up)
+
+    def _change_speed(self, command: Command) -> tuple[int, list[Message]]:
+        """Binds only if it comes after the first position, and only until the next velocity."""
+        if self.vehicle.flight.seeks and command.params[1] > 0.0:
+            self.vehicle.flight.position_speed_m_s = command.params[1]
+        return ACCEPTED, []
 
     def _on_set_mode(self, message: Message) -> list[Message]:
         command = Command(mavlink.MAVLINK_MSG_ID_SET_MODE, (float(message.base_mode), float(message.custom_mode)))

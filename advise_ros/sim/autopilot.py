@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Callable
-from typing import Any, NamedTuple
+from collections.abc import Callable, Mapping
+from typing import Any, ClassVar, NamedTuple
 
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from advise_ros.sim import telemetry
 from advise_ros.sim.parameters import Parameters
 from advise_ros.sim.setpoints import Setpoint
-from advise_ros.sim.telemetry import Streams
+from advise_ros.sim.streams import Streams
 from advise_ros.sim.vehicle import Outcome, Vehicle
 
 Message = Any
@@ -33,8 +33,18 @@ class Command(NamedTuple):
     params: tuple[float, ...]
 
 
+class Channel:
+    """One link: what is sent on it by itself, and whether anybody, or a ground station, has spoken there."""
+
+    def __init__(self) -> None:
+        self.streams = Streams()
+        self.ground_station = self.spoken_to = False
+
+
 class Autopilot(ABC):
-    """An autopilot as a companion sees it. Feed it with `receive`, move it with `step`; both give messages to send.
+    """An autopilot as its peers see it. Feed it with `receive`, move it with `step`; both give messages to send.
+
+    Every link has its own message rates, and answers go to the link that asked.
 
     Args:
         vehicle: what flies.
@@ -44,14 +54,16 @@ class Autopilot(ABC):
 
     # The result of a request that the vehicle does not take now.
     refusal = FAILED
-    builders = telemetry.BUILDERS
+    builders: ClassVar[Mapping[int, Callable[[Any], Message | None]]] = telemetry.BUILDERS
 
     def __init__(self, vehicle: Vehicle, parameters: Parameters, system_id: int) -> None:
         self.vehicle = vehicle
         self.system_id = system_id
         self._parameters = parameters
-        self._streams = Streams()
+        self._channels = [Channel()]
+        self._asking = self._channels[0]
         self._text_id = 0
+        self._reboots = False
         self._handlers: dict[str, Callable[[Message], list[Message]]] = {
             'COMMAND_LONG': self._on_command_long,
             'COMMAND_INT': self._on_command_int,
@@ -68,6 +80,7 @@ class Autopilot(ABC):
             mavlink.MAV_CMD_NAV_TAKEOFF: self._take_off,
             mavlink.MAV_CMD_SET_MESSAGE_INTERVAL: self._set_interval,
             mavlink.MAV_CMD_REQUEST_MESSAGE: self._request_message,
+            mavlink.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN: self._reboot,
         }
 
     # -- what differs ------------------------------------------------------------------------
@@ -95,14 +108,44 @@ class Autopilot(ABC):
 
     # -- in and out --------------------------------------------------------------------------
     def step(self) -> list[Message]:
-        """One tick; returns what is due to be sent."""
+        """One tick; returns what is due to be sent on the first link."""
+        return self.step_all()[0]
+
+    def step_all(self) -> list[list[Message]]:
+        """One tick; returns what is due to be sent, by link."""
+        if self._reboots:
+            self._boot()
         self.vehicle.step()
         self._watch()
-        texts = [part for text in self.vehicle.take_texts() for part in self._text(text)]
-        return texts + self._built(self._streams.due(self.vehicle.now_ns))
+        texts = self.vehicle.take_texts()
+        return [self._due(channel, texts) for channel in self._channels]
 
-    def receive(self, message: Message) -> list[Message]:
-        """Replies to a message; none to one that is for another system."""
+    def _due(self, channel: Channel, texts: list[str]) -> list[Message]:
+        self._asking = channel
+        said = [part for text in texts for part in self._text(text)]
+        return said + self._built(channel.streams.due(self.vehicle.now_ns))
+
+    def add_channel(self) -> int:
+        """One more link; returns its number."""
+        self._channels.append(Channel())
+        return len(self._channels) - 1
+
+    @property
+    def _streams(self) -> Streams:
+        """Of the link that is being served."""
+        return self._asking.streams
+
+    def _boot(self) -> None:
+        """The clock starts at zero; parameters stay, what was asked for on the links is forgotten."""
+        self._reboots = False
+        self.vehicle.boot()
+        self._channels = [Channel() for _ in self._channels]
+        self._parameters_changed()
+
+    def receive(self, message: Message, channel: int = 0) -> list[Message]:
+        """Replies to a message of a link; none to one that is for another system."""
+        self._asking = self._channels[channel]
+        self._asking.spoken_to = True
         handler = self._handlers.get(message.get_type())
         if handler is None or not self._for_us(message):
             return []
@@ -172,7 +215,7 @@ class Autopilot(ABC):
 
     def _set_interval(self, command: Command) -> tuple[int, list[Message]]:
         message_id, interval_us = integer(command.params[0]), command.params[1]
-        if message_id not in self.builders:
+        if message_id is None or message_id not in self.builders:
             return FAILED, self._text(f'No message with id {command.params[0]:g} to send')
         if not math.isfinite(interval_us) or interval_us < -1.0:
             return DENIED, []
@@ -182,9 +225,15 @@ class Autopilot(ABC):
             self._streams.stop(message_id)
         return ACCEPTED, []
 
+    def _reboot(self, command: Command) -> tuple[int, list[Message]]:
+        if self.vehicle.armed or command.params[0] != 1.0:
+            return self.refusal, []
+        self._reboots = True
+        return ACCEPTED, []
+
     def _request_message(self, command: Command) -> tuple[int, list[Message]]:
         message_id = integer(command.params[0])
-        if message_id not in self.builders:
+        if message_id is None or message_id not in self.builders:
             return FAILED, self._text(f'No message with id {command.params[0]:g} to send')
         return ACCEPTED, self._built([message_id])
 

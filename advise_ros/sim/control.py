@@ -51,9 +51,10 @@ class Target(NamedTuple):
     yaw_enu_rad: float | None = None
     yaw_rate_rad_s: float = 0.0
     climb_acceleration_m_s2: float | None = None
+    # Fastest on the way to a position; by PX4's loops on the way to anywhere.
+    speed_m_s: float = math.inf
     # By PX4's loops for setpoints from outside: velocity alone holds no position. Otherwise by a shaped reference.
     cascade: bool = False
-    speed_m_s: float = math.inf
 
 
 class Reference(NamedTuple):
@@ -117,7 +118,7 @@ def wanted_velocity(target: Target, position_enu_m: Array, limits: Limits) -> Ar
     wanted = np.array(target.velocity_enu_m_s)
     if target.east_north_m is not None:
         error = np.array(target.east_north_m) - position_enu_m[:2]
-        wanted[:2] += seek(error, limits.speed_m_s, horizontal_acceleration(target, limits))
+        wanted[:2] += seek(error, min(limits.speed_m_s, target.speed_m_s), horizontal_acceleration(target, limits))
     if target.altitude_m is not None:
         climb = target.climb_acceleration_m_s2 or limits.climb_acceleration_m_s2
         wanted[2] += seek(np.array([target.altitude_m - position_enu_m[2]]), limits.climb_m_s, climb)[0]

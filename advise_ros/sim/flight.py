@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections import deque
 from dataclasses import dataclass, field
 from enum import IntEnum
 
@@ -20,6 +22,7 @@ RTL_ALTITUDE_M = 15.0
 RTL_LOITER_S = 5.0
 ARRIVED_M = 0.5
 HOME = (0.0, 0.0)
+SHOWN_AFTER_S = 0.06
 
 HOLD = Target()
 
@@ -32,10 +35,17 @@ class Flight:
     mode: IntEnum = Mode.STABILIZE
     home_m: tuple[float, float] = HOME
     return_altitude_m: float = RTL_ALTITUDE_M
+    # RTL_CONE_SLOPE: how steeply a return may have to climb; and what the autopilot's fence leaves of the height.
+    return_slope: float = math.inf
+    ceiling_m: float = math.inf
+    # DO_CHANGE_SPEED: binds positions until the next velocity.
+    position_speed_m_s: float = field(default=math.inf, init=False)
     takeoff_to_m: float | None = field(default=None, init=False)
     _lift_at_s: float = field(default=0.0, init=False)
     _setpoint: tuple[Setpoint, float] | None = field(default=None, init=False)
+    _climbs_to_m: float | None = field(default=None, init=False)
     _climbed: bool = field(default=False, init=False)
+    _taken: deque[tuple[Setpoint, float]] = field(default_factory=lambda: deque(maxlen=32), init=False)
     _arrived_at_s: float | None = field(default=None, init=False)
 
     def enter(self, mode: IntEnum) -> None:
@@ -46,6 +56,8 @@ class Flight:
     def forget(self) -> None:
         """Back to the start of the mode: no take-off, no setpoint."""
         self.takeoff_to_m, self._setpoint, self._arrived_at_s, self._climbed = None, None, None, False
+        self._climbs_to_m, self.position_speed_m_s = None, math.inf
+        self._taken.clear()
 
     def take_off(self, altitude_m: float, now_s: float) -> None:
         """Climb to an altitude above home once the motors have spooled up."""
@@ -54,7 +66,24 @@ class Flight:
 
     def follow(self, setpoint: Setpoint, now_s: float) -> None:
         """Take a setpoint; it ends a take-off, as in ArduCopter."""
-        self.takeoff_to_m, self._setpoint = None, (setpoint, now_s)
+        self.takeoff_to_m = None
+        self.keep(setpoint, now_s)
+        if setpoint.position_enu_m is None:
+            self.position_speed_m_s = math.inf
+
+    def keep(self, setpoint: Setpoint, now_s: float) -> None:
+        """The setpoint that counts from now on."""
+        self._setpoint = setpoint, now_s
+        self._taken.append(self._setpoint)
+
+    def shown(self, now_s: float) -> Setpoint | None:
+        """The setpoint that POSITION_TARGET_LOCAL_NED shows: what was taken a moment ago, whoever sent it."""
+        return next((setpoint for setpoint, taken_s in reversed(self._taken) if now_s - taken_s >= SHOWN_AFTER_S), None)
+
+    @property
+    def seeks(self) -> bool:
+        """A position is flown to."""
+        return self._setpoint is not None and self._setpoint[0].position_enu_m is not None
 
     def moving_setpoint_age_s(self, now_s: float) -> float:
         """Simulated age of the velocity setpoint that moves the vehicle; 0 while none does."""
@@ -81,7 +110,7 @@ class Flight:
             return HOLD
         setpoint, received_s = self._setpoint
         if setpoint.position_enu_m is not None:
-            return seek(setpoint)
+            return seek(setpoint)._replace(speed_m_s=self.position_speed_m_s)
         stale = now_s - received_s > self.timeout_s
         if stale or setpoint.velocity_enu_m_s is None:
             return HOLD
@@ -96,15 +125,19 @@ class Flight:
         if abs(state.estimated_altitude_m - altitude) < TAKEOFF_REACHED_M:
             self.takeoff_to_m = None
             east, north, _ = (float(part) for part in state.reference.position_enu_m)
-            self._setpoint = Setpoint(position_enu_m=(east, north, altitude)), now_s
+            self.keep(Setpoint(position_enu_m=(east, north, altitude)), now_s)
         return target
 
     def _return(self, state: State, now_s: float) -> Target | None:
         """Climb, fly home, wait, then land."""
-        if not self._climbed:
-            self._climbed = state.estimated_altitude_m > self.return_altitude_m - ARRIVED_M
-            return Target(altitude_m=self.return_altitude_m)
         east, north = (float(part) for part in state.estimated_position_enu_m[:2])
+        if self._climbs_to_m is None:
+            distance_m = math.hypot(east - self.home_m[0], north - self.home_m[1])
+            wanted_m = min(self.return_altitude_m, self.return_slope * distance_m, self.ceiling_m)
+            self._climbs_to_m = max(wanted_m, state.estimated_altitude_m)
+        if not self._climbed:
+            self._climbed = state.estimated_altitude_m > self._climbs_to_m - ARRIVED_M
+            return Target(altitude_m=self._climbs_to_m)
         near = abs(east - self.home_m[0]) < ARRIVED_M and abs(north - self.home_m[1]) < ARRIVED_M
         if near and self._arrived_at_s is None:
             self._arrived_at_s = now_s

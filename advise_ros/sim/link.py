@@ -37,9 +37,11 @@ class Port(Protocol):
 class Link:
     """Packs messages as one system and moves them over a port; with a key, signed ones only."""
 
-    def __init__(self, endpoint: str, system_id: int, component_id: int, key: bytes | None = None) -> None:
+    def __init__(
+        self, endpoint: str, system_id: int, component_id: int, key: bytes | None = None, parameter: str = 'endpoint',
+    ) -> None:
         clock = SigningClock()
-        self._port = open_port(endpoint, None if key is None else Verifier(key, clock))
+        self._port = open_port(endpoint, None if key is None else Verifier(key, clock), parameter)
         self._encoder = Encoder(system_id, component_id, key, clock)
 
     def read(self) -> list[Message]:
@@ -52,13 +54,17 @@ class Link:
         if frames:
             self._port.write(frames)
 
+    def pass_on(self, message: Message) -> None:
+        """Send what another peer sent, as it was."""
+        self._port.write([bytes(message.get_msgbuf())])
+
     def close(self) -> None:
         """Give the port back."""
         self._port.close()
 
 
-def open_port(endpoint: str, verifier: Verifier | None = None) -> Port:
-    """The port of an `endpoint` parameter.
+def open_port(endpoint: str, verifier: Verifier | None = None, parameter: str = 'endpoint') -> Port:
+    """The port of an `endpoint` parameter, whose name is `parameter`.
 
     Raises:
         InputError: malformed, unknown host, or the port is in use.
@@ -67,15 +73,15 @@ def open_port(endpoint: str, verifier: Verifier | None = None) -> Port:
     makers: dict[str, Any] = {'udpout': UdpOut, 'udpin': UdpIn, 'tcpin': TcpIn}
     host, _, number = rest.rpartition(':')
     if kind not in makers or not host or not (number.isascii() and number.isdigit() and 0 < int(number) < 65536):
-        raise InputError(f"parameter 'endpoint' is '{endpoint}'; it must be {FORMS}, with a port from 1 to 65535")
+        raise InputError(f"parameter '{parameter}' is '{endpoint}'; it must be {FORMS}, with a port from 1 to 65535")
     try:
         port: Port = makers[kind]((socket.gethostbyname(host), int(number)), verifier)
     except OSError as problem:
         raise InputError(
-            f"port {number} of parameter 'endpoint' ('{endpoint}') cannot be opened: {os.strerror(problem.errno).lower()}; "
-            "stop the program that uses it or set another 'endpoint'"
+            f"port {number} of parameter '{parameter}' ('{endpoint}') cannot be opened: {os.strerror(problem.errno).lower()}; "
+            f"stop the program that uses it or set another '{parameter}'"
             if problem.errno and problem.errno > 0 and not isinstance(problem, socket.gaierror)
-            else f"host '{host}' of parameter 'endpoint' ('{endpoint}') is unknown; set another 'endpoint'"
+            else f"host '{host}' of parameter '{parameter}' ('{endpoint}') is unknown; set another '{parameter}'"
         ) from problem
     return port
 

@@ -8,37 +8,48 @@ import numpy as np
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from advise_ros.config import SimulatorConfig
-from advise_ros.sim import parameters, setpoints, telemetry
-from advise_ros.sim.autopilot import DENIED, FAILED, REJECTED, Autopilot, Command, Message, integer
+from advise_ros.sim import geofence, parameters, px4_telemetry, setpoints
+from advise_ros.sim.autopilot import ACCEPTED, DENIED, FAILED, REJECTED, Autopilot, Channel, Command, Message, integer
+from advise_ros.sim.geography import ORIGIN_ALTITUDE_M
 from advise_ros.sim.modes import Px4Mode
 from advise_ros.sim.px4_vehicle import Px4Vehicle
 from advise_ros.sim.setpoints import Setpoint
+
+FEWEST_SATELLITES = 4
+ASKS_TIME_NS = 100_000_000
 
 
 class Px4(Autopilot):
     """PX4 as a companion sees it: OFFBOARD lives by the stream, and texts are for ground stations only."""
 
     refusal = REJECTED
-    builders = telemetry.PX4_BUILDERS
+    builders = px4_telemetry.BUILDERS
 
     def __init__(self, config: SimulatorConfig, rng: np.random.Generator) -> None:
         self._px4 = Px4Vehicle(config, rng)
         super().__init__(self._px4, parameters.of_px4(config), config.system_id)
         self._handlers['MANUAL_CONTROL'] = self._on_sticks
+        self._commands[mavlink.MAV_CMD_DO_CHANGE_SPEED] = lambda _: (ACCEPTED, [])  # It has no effect.
         self._commands[mavlink.MAV_CMD_NAV_LAND] = lambda _: self._mode(Px4Mode.LAND)
         self._commands[mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH] = lambda _: self._mode(Px4Mode.RTL)
         self._parameters_changed()
 
     def _text(self, text: str, severity: int = mavlink.MAV_SEVERITY_INFO) -> list[Message]:
         """To others it sends events, which few programs can read."""
-        return super()._text(text, severity) if self._px4.ground_station_s is not None else []
+        return super()._text(text, severity) if self._asking.ground_station else []
+
+    def _due(self, channel: Channel, texts: list[str]) -> list[Message]:
+        """It asks its peers for their time, too."""
+        asks = self.vehicle.now_ns // ASKS_TIME_NS > (self.vehicle.now_ns - self.vehicle.step_ns) // ASKS_TIME_NS
+        time = [mavlink.MAVLink_timesync_message(0, self.vehicle.now_ns)] if asks and channel.spoken_to else []
+        return [*super()._due(channel, texts), *time]
 
     def _watch(self) -> None:
         self._px4.watch_losses()
 
     def _on_heartbeat(self, message: Message) -> list[Message]:
         if message.type == mavlink.MAV_TYPE_GCS:
-            self._px4.ground_station_s = self.vehicle.now_s
+            self._px4.ground_station_s, self._asking.ground_station = self.vehicle.now_s, True
         return []
 
     def _on_sticks(self, message: Message) -> list[Message]:
@@ -51,6 +62,8 @@ class Px4(Autopilot):
         for slower in ('MPC_XY_CRUISE', 'MPC_VEL_MANUAL'):  # For good, as the real one.
             self._parameters.values[slower] = min(self._parameters[slower], fastest)
         self._px4.flight.return_altitude_m = self._parameters['RTL_RETURN_ALT']
+        self._px4.fence, self._px4.fence_action = geofence.of_px4(self._parameters.values), round(self._parameters['GF_ACTION'])
+        self._px4.satellites = self._parameters['SIM_GPS_USED'] >= FEWEST_SATELLITES
         self._px4.offboard_loss_action = round(self._parameters['COM_OBL_RC_ACT'])
         self._px4.sticks_exceptions = round(self._parameters['COM_RCL_EXCEPT'])
         self._px4.ground_station_loss_action = round(self._parameters['NAV_DLL_ACT'])
@@ -82,5 +95,5 @@ class Px4(Autopilot):
         if command.params[1] != 0.0 and not math.isnan(command.params[1]):
             return DENIED, []
         above_sea_m = command.params[6]
-        above_ground_m = None if math.isnan(above_sea_m) else above_sea_m - telemetry.ORIGIN_ALTITUDE_M
+        above_ground_m = None if math.isnan(above_sea_m) else above_sea_m - ORIGIN_ALTITUDE_M
         return self._told(self._px4.take_off_to(above_ground_m))

@@ -62,7 +62,7 @@ class Px4Flight(Flight):
         """Keep a setpoint; the first one that climbs starts the rotors of a vehicle on the ground, whose state is given."""
         if grounded is not None and climbs(setpoint, grounded) and self._lift_at_s == 0.0:
             self._lift_at_s = now_s + SPOOL_UP_S
-        self._setpoint = setpoint, now_s
+        self.keep(setpoint, now_s)
 
     def forget(self) -> None:
         super().forget()

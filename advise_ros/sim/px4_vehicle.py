@@ -12,6 +12,7 @@ from advise_ros.sim.control import Target
 from advise_ros.sim.estimator import Wander
 from advise_ros.sim.modes import PX4_ARMABLE, Px4Mode, known_px4
 from advise_ros.sim.px4_flight import TAKEOFF_M, Px4Flight
+from advise_ros.sim.satellites import Px4Filter
 from advise_ros.sim.setpoints import Setpoint
 from advise_ros.sim.vehicle import DONE, Outcome, Vehicle
 
@@ -21,6 +22,9 @@ ARMS_AFTER_S = 0.08
 RESUME_S, STICKS_LOST_S, GROUND_STATION_LOST_S = 0.05, 0.65, 10.0
 OFFBOARD_EXCEPTED = 4
 # COM_OBL_RC_ACT; without sticks its default means return.
+HOLDS_AT_FENCE = 2
+# GF_ACTION; 0 and 1 change nothing.
+FENCE_ACTIONS = {HOLDS_AT_FENCE: Px4Mode.LOITER, 3: Px4Mode.RTL, 5: Px4Mode.LAND}
 LOSS_ACTIONS = {4: Px4Mode.LAND, 5: Px4Mode.LOITER}
 
 
@@ -38,16 +42,37 @@ class Px4Vehicle(Vehicle):
 
     def __init__(self, config: SimulatorConfig, rng: np.random.Generator) -> None:
         super().__init__(config, rng)
+        self.offboard_loss_action = self.sticks_exceptions = self.ground_station_loss_action = 0
+        self.fence_action = HOLDS_AT_FENCE
+
+    def boot(self) -> None:
+        super().boot()
         self.ground_station_s: float | None = None
         self.sticks_s: float | None = None
-        self.offboard_loss_action = self.sticks_exceptions = self.ground_station_loss_action = 0
         self.intended = self.mode
         self._after_disarming = self.mode
-        self._wander = Wander(config.drift_m_s, rng.spawn(1)[0], config.step_s)
+        self._held_by_fence = False
         self._streamed_s = self._stream_began_s = -100.0
+
+    def _new_filter(self) -> None:
+        rng, step_s = self._filter_rng, self._config.step_s
+        self.estimator = Px4Filter(Wander(self._config.drift_m_s, rng, step_s), rng, step_s)
+
+    @property
+    def has_position(self) -> bool:
+        return self.sees_satellites
+
+    @property
+    def _estimate_is_sound(self) -> bool:
+        return not self.estimator.lands
 
     def _new_flight(self, home_m: tuple[float, float]) -> Px4Flight:
         return Px4Flight(timeout_s=1.0, home_m=home_m)
+
+    @property
+    def stamp_ms(self) -> int:
+        """Multiples of 4 ms."""
+        return self.now_ns // 4_000_000 * 4
 
     @property
     def mode(self) -> Px4Mode:
@@ -102,6 +127,7 @@ class Px4Vehicle(Vehicle):
         if mode is Px4Mode.POSCTL and self.sticks_s is None:
             return Outcome(False, 'Switching to Position is currently not available: no manual control input')
         self._intend(mode)
+        self._held_by_fence = False
         if mode is not self.mode:
             self.flight.enter(mode)
         return DONE
@@ -135,10 +161,8 @@ class Px4Vehicle(Vehicle):
         return altitude_m - self.state.estimated_altitude_m
 
     def _estimate(self) -> None:
-        self._wander.step()
-        self.state = self.state._replace(
-            position_error_m=self._wander.position_m, velocity_error_m_s=self._wander.velocity_m_s,
-        )
+        self.estimator.step(satellites=self.satellites)
+        self._believe(self.estimator)
 
     def _target(self) -> Target | None:
         return self.flight.target(self.state, self.now_s) if self.armed and self._flies() else None
@@ -168,6 +192,13 @@ class Px4Vehicle(Vehicle):
         """OFFBOARD is left when the stream or the sticks are lost, and comes back with them."""
         if not self.armed:
             return
+        if self.estimator.lands and self.airborne:
+            self._give_up_position()
+            return
+        if self.crosses_fence() and self.fence_action in FENCE_ACTIONS:
+            self.say('Geofence exceeded')
+            self._held_by_fence = True
+            self.flight.enter(FENCE_ACTIONS[self.fence_action])
         sticks_lost = self._sticks_lost()
         if self.mode is Px4Mode.OFFBOARD and (sticks_lost or not self.streaming):
             action = Px4Mode.LOITER if sticks_lost else LOSS_ACTIONS.get(self.offboard_loss_action, Px4Mode.RTL)
@@ -180,10 +211,16 @@ class Px4Vehicle(Vehicle):
             self.flight.enter(Px4Mode.LOITER)
             self._intend(Px4Mode.LOITER)
 
+    def _give_up_position(self) -> None:
+        if self.mode is not Px4Mode.LAND:
+            self.say('Failsafe activated: position estimate invalid')
+            self.flight.enter(Px4Mode.LAND)
+
     @property
     def _in_failsafe(self) -> bool:
         """OFFBOARD is wanted and something else is flown, for a reason that may pass."""
-        return self.intended is Px4Mode.OFFBOARD and self.mode is not Px4Mode.OFFBOARD and self.battery.remaining > 0.0
+        passes = self.battery.remaining > 0.0 and not self._held_by_fence
+        return passes and self.intended is Px4Mode.OFFBOARD and self.mode is not Px4Mode.OFFBOARD
 
     def _streamed_for(self, seconds: float) -> bool:
         return self.streaming and self.now_s - self._stream_began_s >= seconds

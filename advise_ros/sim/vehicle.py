@@ -15,8 +15,10 @@ from advise_ros.config import SimulatorConfig
 from advise_ros.sim.battery import Battery
 from advise_ros.sim.control import Limits, Target
 from advise_ros.sim.flight import Flight
+from advise_ros.sim.geofence import Geofence
 from advise_ros.sim.modes import ARMABLE, DESCENDING, Mode, known
 from advise_ros.sim.quadcopter import Quadcopter, State
+from advise_ros.sim.satellites import ArduPilotFilter, Px4Filter
 from advise_ros.sim.setpoints import Setpoint
 from advise_ros.sim.wind import Wind
 
@@ -25,6 +27,10 @@ DISARM_DELAY_S = 10.0
 # Contact until the landing is believed and the motors are stopped.
 LANDED_AFTER_S = 2.2
 AIRBORNE_M = 0.1
+# By how much ArduCopter's messages come earlier than their turn.
+UNEVEN_MS = 2
+# The simulated clock's zero as a unix time: any will do, and every run has the same.
+BOOTED_AT_UNIX_S = 1_760_000_000
 HIGHEST_M = 1000.0
 # A local position arrives well before the vehicle may be armed: it is no sign of readiness.
 POSITION_SHARE, FILTER_SHARE = 0.55, 0.9
@@ -41,28 +47,46 @@ DONE = Outcome(accepted=True)
 
 
 class Vehicle:
-    """One simulated vehicle. `rng` gives two numbers a tick, flying or not."""
+    """One simulated vehicle. `rng` gives two numbers a tick, flying or not.
+
+    Attributes:
+        satellites, satellite_shift_m: whether there are any, and by how much they mislead, east and north.
+        fence: the autopilot's own.
+    """
 
     autopilot_id: ClassVar[int] = int(mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA)
 
     def __init__(self, config: SimulatorConfig, rng: np.random.Generator) -> None:
         self._config = config
         self._rng = rng
-        self._step_ns = round(config.step_s * NS)
+        self._filter_rng = rng.spawn(1)[0]
+        self.satellites, self.satellite_shift_m = True, (0.0, 0.0)
+        self.fence = Geofence()
+        self.step_ns = round(config.step_s * NS)
         self._quadcopter = Quadcopter(
             limits=Limits(speed_m_s=config.max_speed_m_s, acceleration_m_s2=config.acceleration_m_s2),
             wind=Wind((config.wind_east_m_s, config.wind_north_m_s), config.gust_m_s),
             step_s=config.step_s,
         )
-        self.now_ns = 0
-        self.state: State = self._quadcopter.parked(config.start_east_m, config.start_north_m)
-        self.flight = self._new_flight((config.start_east_m, config.start_north_m))
         self.battery = Battery(config.battery_s)
+        self.boot()
+
+    def boot(self) -> None:
+        """Start anew at the start position, with a clock at zero."""
+        start = self._config.start_east_m, self._config.start_north_m
+        self.now_ns = 0
+        self.state: State = self._quadcopter.parked(*start)
+        self.flight = self._new_flight(start)
         self.armed = False
         self.airborne = False
         self._idle_since_s = 0.0
         self._contact_since_s: float | None = None
+        self._outside = False
         self._texts: list[str] = []
+        self._new_filter()
+
+    def _new_filter(self) -> None:
+        self.filter = ArduPilotFilter(self._filter_rng, self._config.step_s)
 
     def _new_flight(self, home_m: tuple[float, float]) -> Flight:
         return Flight(timeout_s=self._config.guided_timeout_s, home_m=home_m)
@@ -73,6 +97,13 @@ class Vehicle:
         return self.now_ns / NS
 
     @property
+    def stamp_ms(self) -> int:
+        """time_boot_ms: not quite even, as a scheduler's; never after the simulated time, never backwards."""
+        now_ms = self.now_ns // 1_000_000
+        uneven = UNEVEN_MS if self.step_ns > 2_000_000 * UNEVEN_MS else 0
+        return max(now_ms - (self.now_ns // self.step_ns * 7919 >> 3) % (uneven + 1), 0)
+
+    @property
     def mode(self) -> IntEnum:
         """Its number is the heartbeat's custom_mode."""
         return self.flight.mode
@@ -80,7 +111,7 @@ class Vehicle:
     @property
     def ready(self) -> bool:
         """May be armed."""
-        return self.now_s >= self._config.ready_after_s
+        return self.now_s >= self._config.ready_after_s and self._estimate_is_sound
 
     @property
     def healthy(self) -> bool:
@@ -90,6 +121,15 @@ class Vehicle:
     @property
     def has_position(self) -> bool:
         """Sends a position, which is not yet good enough to fly by."""
+        return self.sees_satellites and self.filter.has_position
+
+    @property
+    def _estimate_is_sound(self) -> bool:
+        return self.filter.well
+
+    @property
+    def sees_satellites(self) -> bool:
+        """Its receiver has found them since boot."""
         return self.now_s >= POSITION_SHARE * self._config.ready_after_s
 
     @property
@@ -124,8 +164,10 @@ class Vehicle:
         """What it still waits for before it may be armed, '' if nothing."""
         if self.ready:
             return ''
-        if not self.has_position:
+        if not self.sees_satellites or not self.satellites:
             return 'still waiting for a satellite fix'
+        if not self._estimate_is_sound:
+            return 'Need Position Estimate'
         return 'pre-arm checks still running' if self.filter_settled else 'state estimate not settled yet'
 
     def disarm(self, *, force: bool = False) -> Outcome:
@@ -176,7 +218,7 @@ class Vehicle:
     def step(self) -> None:
         """One tick of simulated time."""
         noise = self._rng.standard_normal(2)
-        self.now_ns += self._step_ns
+        self.now_ns += self.step_ns
         self._estimate()
         target = self._target()
         self.state = self._quadcopter.step(self.state, target, noise)
@@ -186,6 +228,31 @@ class Vehicle:
 
     def _estimate(self) -> None:
         """Update what the autopilot believes."""
+        still = self.satellites and self.satellite_shift_m == (0.0, 0.0) and self.filter.at_rest
+        if still:
+            return
+        self.filter.step(self.satellite_shift_m, satellites=self.satellites)
+        self._believe(self.filter)
+        for text in self.filter.take_texts():
+            self.say(text)
+        if self.filter.lands and self.airborne and self.armed and self.mode is not Mode.LAND:
+            self.say('EKF Failsafe: changed to LAND Mode')
+            self.flight.enter(Mode.LAND)
+
+    def _believe(self, filter_: ArduPilotFilter | Px4Filter) -> None:
+        """A jump carries the loops' reference with it: what holds a velocity stays put, a place from outside does not move."""
+        if filter_.jump_m is not None:
+            reference = self.state.reference
+            moved = reference._replace(position_enu_m=reference.position_enu_m + filter_.jump_m)
+            self.state = self.state._replace(reference=moved)
+        self.state = self.state._replace(position_error_m=filter_.position_m, velocity_error_m_s=filter_.velocity_m_s)
+
+    def crosses_fence(self) -> bool:
+        """Whether it has just left the autopilot's own fence."""
+        before = self._outside
+        east, north, up = (float(part) for part in self.state.estimated_position_enu_m)
+        self._outside = self.airborne and self.fence.outside(east - self.flight.home_m[0], north - self.flight.home_m[1], up)
+        return self._outside and not before
 
     def _target(self) -> Target | None:
         if not self.armed:

@@ -181,10 +181,10 @@ def test_clock_is_the_time_of_the_messages(graph, udp, client):
     client.until(lambda p: stamps.append(p.time_boot_ms) or len(stamps) == 80, ('LOCAL_POSITION_NED',))
     graph.wait_for('/clock', Clock, lambda clock: milliseconds(clock) >= stamps[-1])
     times = [milliseconds(clock) for clock in graph.listen('/clock', Clock)]
-    assert np.diff(stamps).tolist() == [25] * 79
+    assert set(np.diff(stamps)) <= set(range(23, 28))
     assert times == sorted(set(times))
     assert all(time_ms % 25 == 0 for time_ms in times)
-    assert len(set(times) & set(stamps)) > 5
+    assert len(set(times) & {round(stamp / 25) * 25 for stamp in stamps}) > 5
 
 
 def milliseconds(clock: Clock) -> int:

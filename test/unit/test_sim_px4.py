@@ -7,8 +7,8 @@ import math
 import pytest
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
+from advise_ros.sim.geography import ORIGIN_ALTITUDE_M
 from advise_ros.sim.modes import Px4Mode
-from advise_ros.sim.telemetry import ORIGIN_ALTITUDE_M
 from support.sim_companion import (
     ACCEPTED,
     ARM,
