@@ -229,6 +229,9 @@ class PolicyConfig(SeekConfig):
     centre_first: bool = param(True, 'fly slowly to the centre of the cell before the route begins')
     start_reach_m: float = param(START_REACH_M, 'how far off the grid a flight may begin', low=0.0, high=100.0)
     pose_timeout_s: float = param(0.5, 'no pose for this long: zero velocity (steady time)', low=0.05, high=60.0)
+    give_up_s: float = param(
+        5.0, 'no pose for this long beyond pose_timeout_s ends the flight for good (steady time)', low=0.0, high=3600.0,
+    )
     watchdog_rate_hz: float = param(50.0, 'rate of zero velocity while it holds (steady time)', low=1.0, high=200.0)
     autostart: bool = param(True, AUTOSTART_DOC)
 

@@ -10,21 +10,19 @@ from concurrent.futures import Future as Promise
 from dataclasses import dataclass, replace
 from typing import Any
 
-from rclpy.action import ActionClient
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from rclpy.task import Future
 from std_srvs.srv import Trigger
 
-from advise_msgs.action import Fly
 from advise_msgs.srv import AnswerQuery, PreviewAnswer, RetractAdvice
 from advise_ros.console import acts
+from advise_ros.console.flight_goals import FlightGoals, Reply, no, resolve
 from advise_ros.console.listener import Listener
 from advise_ros.core.advice import Answer, Code
 from advise_ros.core.errors import InputError
 from advise_ros.ros import convert_advice
 
-Reply = dict[str, Any]
 TICK_S = 0.1
 # A request without reply for this long (steady time) is given up.
 PATIENCE_S = 15.0
@@ -80,7 +78,7 @@ class Desk:
         self._answer = node.create_client(AnswerQuery, 'advise/answer')
         self._preview = node.create_client(PreviewAnswer, 'advise/preview')
         self._retract = node.create_client(RetractAdvice, 'advise/retract')
-        self._fly = ActionClient(node, Fly, 'policy/fly')
+        self._goals = FlightGoals(node, listener.board)
         self._inbox: deque[Callable[[], None]] = deque()
         self._kept: OrderedDict[str, Kept] = OrderedDict()
         self._replied: OrderedDict[str, Promise[Reply]] = OrderedDict()
@@ -101,7 +99,7 @@ class Desk:
         try:
             begin = self._plan(name, given, promise)
         except InputError as problem:
-            promise.set_result(_no(f'this was not sent: {problem}'))
+            promise.set_result(no(f'this was not sent: {problem}'))
             return promise
         with self._lock:
             self._inbox.append(begin)
@@ -135,32 +133,32 @@ class Desk:
     def _call(self, promise: Promise[Reply], client: Any, request: Any, what: str) -> None:
         if not client.service_is_ready():
             service = self._node.resolve_service_name(client.srv_name)
-            promise.set_result(_no(f'nobody serves {service}; is its node running?'))
+            promise.set_result(no(f'nobody serves {service}; is its node running?'))
             return
         self._await(promise, client.call_async(request), what)
 
     def _await(self, promise: Promise[Reply], future: Future, what: str) -> None:
-        future.add_done_callback(lambda done: _resolve(promise, reply_of(done.result())))
+        future.add_done_callback(lambda done: resolve(promise, reply_of(done.result())))
         self._waiting.append(Waiting(promise, future, time.monotonic() + PATIENCE_S, what))
 
     def _send_off(self, promise: Promise[Reply]) -> None:
         """Fly the newest policy from the route's start."""
         grid = self._listener.grid
-        if grid is None or not self._fly.server_is_ready():
-            promise.set_result(_no('nobody flies here: the policy node is not running'))
+        if grid is None or not self._goals.is_served:
+            promise.set_result(no('nobody flies here: the policy node is not running'))
             return
-        sent = self._fly.send_goal_async(Fly.Goal(start_cell=grid.waypoints[-1]))
-        self._await(promise, sent, 'fly')
+        sent = self._goals.send(promise, grid.waypoints[-1])
+        self._waiting.append(Waiting(promise, sent, time.monotonic() + PATIENCE_S, 'fly'))
 
     # -- answers -----------------------------------------------------------------------------
     def _take(self, kept: Kept) -> None:
         """An answer that came before gets the reply of the first one."""
         earlier = self._replied.get(kept.uid) or (self._kept[kept.uid].promise if kept.uid in self._kept else None)
         if earlier is not None:
-            earlier.add_done_callback(lambda done: _resolve(kept.promise, done.result()))
+            earlier.add_done_callback(lambda done: resolve(kept.promise, done.result()))
             return
         if len(self._kept) >= KEPT_MOST:
-            _resolve(kept.promise, _no(f'{KEPT_MOST} answers wait for the learner already'))
+            resolve(kept.promise, no(f'{KEPT_MOST} answers wait for the learner already'))
             return
         self._kept[kept.uid] = kept
         self._forward()
@@ -183,7 +181,7 @@ class Desk:
             kept.answer = replace(kept.answer, query_id=query.query_id)
         elif kept.refused is not None or (query is not None and query.query_id == kept.answer.query_id):
             message = kept.refused['message'] if kept.refused else 'the question has changed'
-            self._finish(kept, _no(f'{message}; the answer to the old question was not given'))
+            self._finish(kept, no(f'{message}; the answer to the old question was not given'))
             return
         self._give(kept)
 
@@ -215,7 +213,7 @@ class Desk:
         self._replied[kept.uid] = kept.promise
         while len(self._replied) > REMEMBERED:
             self._replied.popitem(last=False)
-        _resolve(kept.promise, reply)
+        resolve(kept.promise, reply)
         self._forward()
 
     def _on_tick(self) -> None:
@@ -231,19 +229,12 @@ class Desk:
             elif not self._listener.learner_alive():
                 kept.since_s = now
         self._forward()
+        self._goals.look(now)
         for waiting in self._waiting:
             if now > waiting.until_s:
-                _resolve(waiting.promise, _no(f'no reply to {waiting.what} within {PATIENCE_S:g} s'))
+                text = f'no reply to {waiting.what} within {PATIENCE_S:g} s: the node that serves it may be gone'
+                resolve(waiting.promise, no(text))
         self._waiting = [waiting for waiting in self._waiting if not waiting.promise.done()]
-
-
-def _no(message: str) -> Reply:
-    return {'ok': False, 'message': message}
-
-
-def _resolve(promise: Promise[Reply], reply: Reply) -> None:
-    if not promise.done():
-        promise.set_result(reply)
 
 
 def _preview_of(answer: Answer) -> PreviewAnswer.Request:
@@ -254,7 +245,7 @@ def _preview_of(answer: Answer) -> PreviewAnswer.Request:
 
 
 def reply_of(response: Any) -> Reply:
-    """A service's or an action's response as the page reads it."""
+    """A service's response as the page reads it."""
     if isinstance(response, AnswerQuery.Response):
         return {
             'ok': response.accepted, 'code': int(response.code), 'message': response.message,
@@ -262,10 +253,7 @@ def reply_of(response: Any) -> Reply:
         }
     if isinstance(response, PreviewAnswer.Response):
         return _preview_reply(response)
-    if isinstance(response, Trigger.Response | RetractAdvice.Response):
-        return {'ok': response.success, 'message': response.message}
-    taken = bool(response.accepted)  # A goal's handle.
-    return {'ok': taken, 'message': 'on its way' if taken else 'the policy node refused; its state tells why'}
+    return {'ok': response.success, 'message': response.message}  # Of a Trigger or of RetractAdvice.
 
 
 def _preview_reply(response: PreviewAnswer.Response) -> Reply:

@@ -166,7 +166,8 @@ def flight_view(flight: msg.FlightStatus) -> View:
     return {
         'phase': names[flight.phase] if flight.phase < len(names) else 'idle', 'id': int(flight.flight_id),
         'version': int(flight.policy_version), 'waypoint': int(flight.next_waypoint), 'steps': int(flight.steps),
-        'budget': int(flight.step_budget), 'message': flight.message, 'at': stamp_to_ns(flight.header.stamp) / NS,
+        'budget': int(flight.step_budget), 'message': flight.message, 'refusals': int(flight.refusals), 'refusal': flight.refusal,
+        'at': stamp_to_ns(flight.header.stamp) / NS,
     }
 
 

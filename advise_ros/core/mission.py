@@ -4,25 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import Enum
-from typing import NamedTuple
+
+from advise_ros.core.vehicle_state import Vehicle, why_no_commands
 
 ATTEMPTS = 3
 RETRY_S = 1.0
 ABSENT_RETRY_S = 0.2
 # A vehicle that takes no commands in flight may do so again (a short loss of the link).
 GRACE_S = 5.0
-
-
-class Vehicle(NamedTuple):
-    """The fields of advise_msgs/VehicleStatus that matter here."""
-
-    ready: bool
-    armed: bool
-    in_air: bool
-    commandable: bool
-    mode: str = ''
-    waiting_for: str = ''
-    text: str = ''
 
 
 class Stage(Enum):
@@ -53,6 +42,7 @@ class Mission:
     Attributes:
         flight: the present one, from 1.
         failure: one sentence, empty unless FAILED.
+        obstacle: why no flight can begin whatever the vehicle says, in one sentence; set from outside.
     """
 
     flights: int
@@ -61,6 +51,7 @@ class Mission:
     stage: Stage = Stage.WAITING
     flight: int = 1
     failure: str = ''
+    obstacle: str = ''
     _since_s: float | None = None
     _attempts: int = 0
     _asked: bool = False
@@ -79,7 +70,7 @@ class Mission:
         """Look at the vehicle (None: never heard of) and at the time; returns a service to call now."""
         if self._since_s is None:
             self._since_s = now_s
-        if vehicle is not None:
+        if vehicle is not None and not (self.obstacle and self.stage == Stage.WAITING):
             self._move_on(vehicle, now_s)
         if not self.over and self.stage != Stage.FLYING and now_s - self._since_s > self.timeout_s:
             self._fail(self._timeout_text(vehicle))
@@ -126,8 +117,7 @@ class Mission:
         if self._lost_s is None:
             self._lost_s = now_s
         if not vehicle.armed or now_s - self._lost_s > GRACE_S:
-            why = 'it is disarmed' if not vehicle.armed else f'mode {vehicle.mode}'
-            self._fail(f'the vehicle takes no commands any more ({why}){_words(vehicle)}')
+            self._fail(f'the vehicle takes no commands any more ({why_no_commands(vehicle)}){_words(vehicle)}')
 
     def _landed(self, now_s: float) -> None:
         if self.flight == self.flights:
@@ -148,6 +138,8 @@ class Mission:
         return ask
 
     def _timeout_text(self, vehicle: Vehicle | None) -> str:
+        if self.obstacle:
+            return self.obstacle
         if vehicle is None:
             return f'no vehicle_status came within {self.timeout_s:g} s; start mavlink_bridge'
         return f'{self.stage.value} took longer than {self.timeout_s:g} s{_words(vehicle)}'

@@ -20,12 +20,15 @@ from advise_ros.config import PilotConfig
 from advise_ros.core.demonstrator import Demonstrator
 from advise_ros.core.errors import InputError
 from advise_ros.core.grid import Grid
-from advise_ros.core.mission import Ask, Mission, Stage, Vehicle
+from advise_ros.core.mission import Ask, Mission, Stage
 from advise_ros.core.mover import Pose
 from advise_ros.core.pilot_flight import PilotFlight
 from advise_ros.core.seeking import ZERO
+from advise_ros.core.vehicle_state import Vehicle
 from advise_ros.recording.gridfile import load_grid
 from advise_ros.ros import parameters, qos, run
+from advise_ros.ros.clock_watch import ClockWatch
+from advise_ros.ros.convert import vehicle_from_msg
 from advise_ros.ros.diagnostics import ERROR, OK, WARN, Diagnostics
 from advise_ros.ros.flying import (
     NEWEST_POSE,
@@ -69,7 +72,7 @@ class PilotNode(Node):
         self._home: int | None = None
         self._flight: PilotFlight | None = None
         self._vehicle: Vehicle | None = None
-        self._gate = PoseGate()
+        self._gate, self._time = PoseGate(), ClockWatch(self)
         self._pose_at_s = time.monotonic()
         self._told = ''
         self._gave_up_at_s: float | None = None
@@ -101,13 +104,12 @@ class PilotNode(Node):
 
     # -- the vehicle -------------------------------------------------------------------------
     def _on_vehicle(self, message: VehicleStatus) -> None:
-        self._vehicle = Vehicle(
-            message.ready, message.armed, message.in_air, message.commandable, message.mode, message.waiting_for, message.text,
-        )
+        self._vehicle = vehicle_from_msg(message)
         self._advance_mission()
 
     def _advance_mission(self) -> None:
         before = self._mission.stage
+        self._mission.obstacle = self._time.problem
         ask = self._mission.advance(self._vehicle, time.monotonic())
         if ask is not None:
             self._call(ask)
@@ -213,7 +215,8 @@ class PilotNode(Node):
         if self._flight is not None and missing_s > self.config.vehicle_timeout_s:
             self._mission.fail(f'no pose came for {missing_s:.0f} s')
         self._advance_mission()
-        said = self._gate.problem or ('no pose arrives' if missing_s > self.config.pose_timeout_s else '')
+        silent = 'no pose arrives' if missing_s > self.config.pose_timeout_s else ''
+        said = self._time.problem or (silent and (self._gate.problem or silent))
         level = ERROR if self._mission.failure else WARN if said else OK
         self._diagnostics.set(level, self._mission.failure or said or self._told, {'poses refused': self._gate.refused})
 
@@ -228,6 +231,8 @@ class PilotNode(Node):
         if mission.over:
             return mission.failure or mission.stage.value
         sentence = f'flight {mission.flight} of {mission.flights}: {mission.stage.value}'
+        if mission.stage == Stage.WAITING and mission.obstacle:
+            return f'{sentence}; {mission.obstacle}'
         if mission.stage == Stage.WAITING and self._vehicle is not None and self._vehicle.waiting_for:
             sentence += f' ({self._vehicle.waiting_for})'
         if flight is not None and self._audible_s is not None and self._audience.missing:

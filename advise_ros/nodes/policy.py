@@ -18,24 +18,25 @@ from std_srvs.srv import Trigger
 from advise_msgs.action import Fly
 from advise_msgs.msg import Policy, VehicleStatus
 from advise_ros.config import PolicyConfig
-from advise_ros.core.errors import InputError
 from advise_ros.core.grid import Grid
 from advise_ros.core.mover import NS, Pose
-from advise_ros.core.policy_flight import Phase, PolicyFlight, check_start
+from advise_ros.core.policy_flight import Phase, PolicyFlight
 from advise_ros.core.seeking import ZERO
+from advise_ros.core.vehicle_state import why_no_commands
 from advise_ros.recording.gridfile import load_grid
 from advise_ros.ros import parameters, qos, run
-from advise_ros.ros.arrival import ArrivalWatch
+from advise_ros.ros.convert import vehicle_from_msg
 from advise_ros.ros.deadline import Deadline
 from advise_ros.ros.diagnostics import OK, WARN
 from advise_ros.ros.flight_teller import FlightTeller
-from advise_ros.ros.flying import NEWEST_POSE, PoseGate, between_poses_ns, velocity_command
+from advise_ros.ros.flying import NEWEST_POSE, between_poses_ns, velocity_command
 from advise_ros.ros.goal_patience import GoalPatience
 from advise_ros.ros.managed import ManagedNode
-from advise_ros.ros.policy_shelf import PolicyShelf
+from advise_ros.ros.readiness import Readiness
 
 # After a flight zero velocity is sent for so long, then nothing: another node may fly.
 HOLD_S, DIAGNOSE_PERIOD_S = 1.0, 0.5
+ENDS_AS_WANTED = (Phase.SUCCEEDED, Phase.CANCELED)
 
 
 class Flying(NamedTuple):
@@ -58,7 +59,10 @@ class PolicyNode(ManagedNode):
 
     A flight succeeds at the centre of the final waypoint, all others visited in order before. It fails in a
     blocked cell, off the grid, when the steps of its budget are spent, or (stop_on_loop) as soon as a state
-    comes back, because the policy then repeats itself. It is stopped when the vehicle takes no commands any more.
+    comes back, because the policy then repeats itself. It is stopped when the vehicle takes no commands any more, or
+    when no pose came for give_up_s beyond pose_timeout_s; a flight that has ended never goes on by itself. It begins
+    with the way to the centre of the present cell, from at most start_reach_m off the grid. Why a goal was refused
+    stands in `policy/status`.
 
     Action: `policy/fly` (advise_msgs/action/Fly). Service: `policy/stop` (std_srvs/Trigger), hold now.
     Both leave the vehicle in the air.
@@ -84,11 +88,8 @@ class PolicyNode(ManagedNode):
 
     def _forget(self, grid: Grid | None) -> None:
         """What was heard so far counts no more."""
-        self._shelf = PolicyShelf(self.config, grid)
-        self._gate, self._arrivals = PoseGate(), ArrivalWatch()
-        self._vehicle: VehicleStatus | None = None
-        self._pose: Pose | None = None
-        self._pose_at_s = 0.0
+        self._ready = Readiness(self, self.config, grid)
+        self._shelf, self._poses = self._ready.shelf, self._ready.poses
         self._pose_missing = False
 
     def _make_entities(self) -> None:
@@ -113,7 +114,7 @@ class PolicyNode(ManagedNode):
         self.hear(PoseStamped, 'pose', self._on_pose, NEWEST_POSE)
 
     def end(self) -> None:
-        self._end(Phase.STOPPED, 'the policy node was deactivated; the vehicle holds')
+        self._end(Phase.STOPPED, 'the policy node was deactivated; the vehicle holds', wanted=True)
         self._patience.give_up()
         self._watchdog.cancel()
         self._hold_until_s = 0.0
@@ -125,72 +126,71 @@ class PolicyNode(ManagedNode):
             self.get_logger().warning(self._shelf.problem)
 
     def _on_vehicle(self, message: VehicleStatus) -> None:
-        self._vehicle = message
-        if not message.commandable and self._flying is not None:
-            mode = f'mode {message.mode}' if message.armed else 'it is disarmed'
-            self._end(Phase.STOPPED, f'the vehicle takes no commands any more ({mode})')
+        self._ready.vehicle = vehicle = vehicle_from_msg(message)
+        if not vehicle.commandable:
+            self._end(Phase.STOPPED, f'the vehicle takes no commands any more ({why_no_commands(vehicle)})')
 
     def _on_pose(self, message: PoseStamped, info: dict[str, int]) -> None:
-        waited = self._arrivals.waited_s(info)
-        if waited > self.config.pose_timeout_s:
-            return  # We were held up: it says where the vehicle was long ago.
         if self._flying is None:
-            self._gate.restart()
-        pose = self._gate.take(message, self.get_clock().now().nanoseconds)
+            self._poses.restart()
+        pose = self._poses.take(message, info)
         if pose is None:
             return
-        self._pose, self._pose_at_s = pose, time.monotonic() - waited
         self.diagnostics.tick('pose')
         if self._flying is not None:
-            self._silence.came(waited)
+            self._silence.came(self._poses.waited_s)
             self._advance(self._flying, pose)
 
     def _advance(self, flying: Flying, pose: Pose) -> None:
         """One command for one pose."""
         flight = flying.flight
+        if self._pose_missing:
+            self._pose_missing = False
+            self.get_logger().info(f'flight {self._teller.status.flight_id}: poses are back, it goes on')
         velocity = flight.step(pose)
         self._commands.publish(velocity_command(velocity, pose.stamp_ns))
-        self._pose_missing = False
         if flight.phase.over:
             self._end(flight.phase, flight.message)
         elif self._teller.tell(flight, flight.phase, flight.message, pose.stamp_ns):
             next_waypoint = self._teller.status.next_waypoint
             flying.goal.publish_feedback(Fly.Feedback(state=flight.state, next_waypoint=next_waypoint, steps=flight.steps))
 
-    def _end(self, phase: Phase, message: str) -> None:
-        """Hold, tell, and let the action's result go out."""
+    @property
+    def _stamp_ns(self) -> int:
+        """Of the newest pose."""
+        return self._poses.pose.stamp_ns if self._poses.pose else 0
+
+    def _end(self, phase: Phase, message: str, *, wanted: bool = False) -> None:
+        """Hold, tell, and let the action's result go out; `wanted`: somebody asked for it."""
         flying = self._flying
         if flying is None:
             return
         flying.flight.end(phase, message)
         if phase in (Phase.CANCELED, Phase.STOPPED):
             self._publish_zero()
-        self._teller.tell(flying.flight, phase, message, self._pose.stamp_ns if self._pose else 0)
+        self._teller.tell(flying.flight, phase, message, self._stamp_ns)
         self._flying, self._hold_until_s = None, time.monotonic() + HOLD_S
         self._silence.cancel()
         self._watchdog.reset()
-        self.get_logger().info(f'flight {self._teller.status.flight_id}: {phase.name}, {message}')
+        said = f'flight {self._teller.status.flight_id}: {phase.name}, {message}'
+        if wanted or phase in ENDS_AS_WANTED:
+            self.get_logger().info(said)
+        else:
+            self.get_logger().warning(said)
         flying.ended.set_result(self._result(flying))
 
     def _result(self, flying: Flying) -> Fly.Result:
         flight = flying.flight
-        until_ns = self._pose.stamp_ns if self._pose else flying.began_ns
         return Fly.Result(
             success=flight.phase == Phase.SUCCEEDED, phase=int(flight.phase), flight_id=self._teller.status.flight_id,
             policy_version=flying.policy_version, steps=flight.steps, waypoints_reached=flight.waypoints_reached,
-            seconds=(until_ns - flying.began_ns) / NS, message=flight.message,
+            seconds=(self._stamp_ns - flying.began_ns) / NS, message=flight.message,
         )
 
     # -- requests ----------------------------------------------------------------------------
     def _missing(self, goal: Fly.Goal) -> str:
-        """What has to arrive before a flight can begin; empty when all is there."""
-        if missing := self._shelf.missing(goal.policy_version):
-            return missing
-        if self._pose is None or time.monotonic() - self._pose_at_s > self.config.pose_timeout_s:
-            return self._gate.problem or 'no pose arrives'
-        if self._vehicle is not None and not self._vehicle.commandable:
-            return f'the vehicle takes no commands: {self._vehicle.waiting_for or "take off first"}'
-        return ''
+        """What a goal waits a moment for; empty when all is there."""
+        return self._ready.missing(goal)
 
     def _refusal(self, goal: Fly.Goal) -> str:
         """Why a flight can't begin now; empty when it can."""
@@ -198,13 +198,7 @@ class PolicyNode(ManagedNode):
             return self.why_idle
         if self._flying is not None:
             return 'a flight is under way; cancel it or call policy/stop'
-        if (missing := self._missing(goal)) or self._pose is None:
-            return missing
-        try:
-            check_start(self._shelf.plan(goal), self._pose.position_enu_m)
-        except InputError as problem:
-            return str(problem)
-        return ''
+        return self._ready.refusal(goal)
 
     async def _on_goal(self, goal: Fly.Goal) -> GoalResponse:
         if self.active and self._missing(goal):  # What the client has seen may still be on its way to this node.
@@ -214,16 +208,16 @@ class PolicyNode(ManagedNode):
         if not refusal:
             return GoalResponse.ACCEPT
         self.get_logger().warning(f'policy/fly is refused: {refusal}')
-        self._teller.refuse(f'policy/fly was refused: {refusal}')
+        self._teller.refuse(refusal)
         return GoalResponse.REJECT
 
     def _on_accepted(self, goal: ServerGoalHandle) -> None:
-        assert self._pose is not None
         flight = PolicyFlight(self._shelf.plan(goal.request), self.config.seek_settings())
-        self._flying = Flying(flight, self._shelf.version, self._pose.stamp_ns, goal, Future())
+        self._flying = Flying(flight, self._shelf.version, self._stamp_ns, goal, Future())
         self._pose_missing = False
         self._silence.came()
-        self._teller.begin(flight, self._shelf.version, self._pose.stamp_ns)
+        self._teller.begin(flight, self._shelf.version, self._stamp_ns)
+        self.get_logger().info(f'flight {self._teller.status.flight_id} of policy {self._shelf.version} begins')
         goal.execute(partial(self._execute, self._flying.ended))
 
     async def _execute(self, ended: Future, goal: ServerGoalHandle) -> Fly.Result:
@@ -239,7 +233,7 @@ class PolicyNode(ManagedNode):
     def _on_cancel(self, goal: ServerGoalHandle) -> CancelResponse:
         if self._flying is None or self._flying.goal is not goal:
             return CancelResponse.REJECT
-        self._end(Phase.CANCELED, 'canceled; the vehicle holds')
+        self._end(Phase.CANCELED, 'canceled; the vehicle holds', wanted=True)
         return CancelResponse.ACCEPT
 
     def _on_stop(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
@@ -247,24 +241,28 @@ class PolicyNode(ManagedNode):
         if self._flying is None:
             response.message = 'no flight was under way'
         else:
-            self._end(Phase.STOPPED, 'stopped by policy/stop; the vehicle holds')
+            self._end(Phase.STOPPED, 'stopped by policy/stop; the vehicle holds', wanted=True)
             response.message = f'flight {self._teller.status.flight_id} is stopped; the vehicle holds'
         return response
 
     # -- steady time -------------------------------------------------------------------------
     def _on_silence(self) -> None:
         """No pose for too long: zero velocity at once, and on until poses return."""
-        if self._flying is None or self._pose is None:
+        if self._flying is None:
             return
         self._pose_missing = True
         self._publish_zero()
         self._watchdog.reset()
-        reason = self._gate.problem or f'no pose for {self.config.pose_timeout_s:g} s'
+        reason = self._poses.problem or f'no pose for {self.config.pose_timeout_s:g} s'
         flight = self._flying.flight
-        self._teller.tell(flight, flight.phase, f'holding: {reason}', self._pose.stamp_ns)
+        if self._teller.tell(flight, flight.phase, f'holding: {reason}', self._stamp_ns):
+            self.get_logger().warning(f'flight {self._teller.status.flight_id}: holding: {reason}')
 
     def _on_watchdog(self) -> None:
         now_s = time.monotonic()
+        if self._pose_missing and self._poses.age_s > self.config.pose_timeout_s + self.config.give_up_s:
+            why = self._poses.problem or f'no pose for {self._poses.age_s:.1f} s'
+            self._end(Phase.STOPPED, f'{why}; the flight is given up and does not go on by itself')
         holds = self._pose_missing if self._flying is not None else now_s < self._hold_until_s
         if holds:
             self._publish_zero()
@@ -277,12 +275,10 @@ class PolicyNode(ManagedNode):
         self._commands.publish(velocity_command(ZERO, stamp_ns))
 
     def _diagnose(self) -> None:
-        stale = time.monotonic() - self._pose_at_s > self.config.pose_timeout_s
-        waits = [self._shelf.problem, (self._gate.problem or 'no pose arrives') if stale else self._gate.problem]
-        said = '; '.join(text for text in waits if text)
+        said = self._ready.complaint
         values = {
             'phase': Phase(self._teller.status.phase).name, 'policy version': self._shelf.version,
-            'flights': self._teller.status.flight_id, 'poses refused': self._gate.refused,
+            'flights': self._teller.status.flight_id, 'poses refused': self._poses.refused,
         }
         self.diagnostics.set(WARN if said else OK, said or ('flying' if self._flying else 'ready to fly'), values)
 

@@ -20,8 +20,8 @@ from advise_ros.replay.session import RecordedSession
 from advise_ros.ros import convert
 
 NODES: Mapping[str, type[Any]] = {'recorder': RecorderConfig, 'advise': AdviseConfig, 'policy': PolicyConfig}
-# What would reach back into the recorded session's own files.
-FILES = {'session_file': '', 'demonstrations_file': ''}
+# What would reach back into the recorded session's own files, or hang on how long the clock stands (see Live).
+OTHERWISE = {'session_file': '', 'demonstrations_file': '', 'give_up_s': 3600.0}
 EXIT_PATIENCE_S = 20.0
 LAST_LINES = 5
 
@@ -50,7 +50,7 @@ class LiveNodes:
         folder = Path(self._folder.name)
         (folder / 'grid.yaml').write_text(yaml.safe_dump({'grid': grid_to_mapping(grid)}), encoding='utf-8')
         config = self._session.config(config_class, name)
-        values = {spec.name: FILES.get(spec.name, getattr(config, spec.name)) for spec in fields(config)}
+        values = {spec.name: OTHERWISE.get(spec.name, getattr(config, spec.name)) for spec in fields(config)}
         values |= {'grid_file': str(folder / 'grid.yaml'), 'use_sim_time': True}
         file = folder / f'{name}.yaml'
         file.write_text(yaml.safe_dump({'/**': {'ros__parameters': values}}), encoding='utf-8')

@@ -7,6 +7,7 @@ from builtin_interfaces.msg import Time
 from advise_msgs import msg
 from advise_ros.core.demonstration import Audit, Demonstration, EndReason
 from advise_ros.core.grid import Grid
+from advise_ros.core.vehicle_state import Vehicle
 
 NS = 1_000_000_000
 MAP_FRAME = 'map'
@@ -103,3 +104,8 @@ def demonstration_from_msg(demonstration: msg.Demonstration) -> Demonstration:
             max_gap_s=float(audit.max_gap_s), notes=tuple(audit.notes),
         ),
     )
+
+
+def vehicle_from_msg(message: msg.VehicleStatus) -> Vehicle:
+    """What matters to who flies the vehicle."""
+    return Vehicle(**{name: getattr(message, name) for name in Vehicle._fields if hasattr(message, name)})

@@ -45,7 +45,8 @@ class FlightTeller:
         self._publisher.publish(status)
         return True
 
-    def refuse(self, message: str) -> None:
-        """Say why no flight began; the rest of the status stands."""
-        self.status.message = message
+    def refuse(self, why: str) -> None:
+        """Say why no flight began; the flight under way, or the last one, keeps its own words."""
+        self.status.refusals += 1
+        self.status.refusal = why
         self._publisher.publish(self.status)

@@ -35,6 +35,8 @@ T = TypeVar('T')
 POLL_S = 0.02
 # How long a goal is sent again when it is refused.
 ACCEPT_PATIENCE_S = 15.0
+# A policy node replies to a goal within this; one that was killed is discovered for a while and never replies.
+REPLY_PATIENCE_S = 10.0
 # Questions and policies can follow one another faster than they are read here; none is to be missed.
 EVERY_ONE = 1000
 
@@ -192,25 +194,30 @@ class GraphClient:
 
         Raises:
             AdviseError: the goal was refused.
-            GraphTimeoutError: no result in time.
+            GraphTimeoutError: no reply within REPLY_PATIENCE_S, or no result in time.
         """
         self.wait('the action policy/fly', lambda: self._fly.server_is_ready() or None, timeout_s)
         goal = Fly.Goal(step_budget=0, start_cell=start_cell, policy_version=max(self.policies, default=0))
         end = time.monotonic() + ACCEPT_PATIENCE_S
-        handle = self._send(goal, timeout_s)
+        handle = self._send(goal)
         while not handle.accepted:  # A node that has just started may not have heard the policy yet.
             if time.monotonic() > end:
-                raise AdviseError(f'policy/fly refused: {self.flight.message if self.flight else "no reason given"}')
-            handle = self._send(goal, timeout_s)
+                raise AdviseError(f'policy/fly refused: {self.flight.refusal if self.flight else "no reason given"}')
+            handle = self._send(goal)
         return self._done('the end of the flight', handle.get_result_async, timeout_s).result
 
     def begin_flight(self, goal: Fly.Goal, timeout_s: float) -> bool:
-        """Send a goal once; whether it was accepted."""
-        self.wait('the action policy/fly', lambda: self._fly.server_is_ready() or None, timeout_s)
-        return bool(self._send(goal, timeout_s).accepted)
+        """Send a goal once; whether it was accepted.
 
-    def _send(self, goal: Fly.Goal, timeout_s: float) -> Any:
-        return self._done('the reply of policy/fly', lambda: self._fly.send_goal_async(goal), timeout_s)
+        Raises:
+            GraphTimeoutError: no such action, or no reply within REPLY_PATIENCE_S.
+        """
+        self.wait('the action policy/fly', lambda: self._fly.server_is_ready() or None, timeout_s)
+        return bool(self._send(goal).accepted)
+
+    def _send(self, goal: Fly.Goal) -> Any:
+        what = 'the reply of policy/fly (is its node gone? start policy again)'
+        return self._done(what, lambda: self._fly.send_goal_async(goal), REPLY_PATIENCE_S)
 
     def _done(self, what: str, ask: Callable[[], Future], timeout_s: float) -> Any:
         """The result of the future that `ask` returns in the spinning thread.

@@ -145,6 +145,8 @@ class ManagedNode(LifecycleNode):
             if rclpy.ok():  # Else a signal ended the context in the middle of it.
                 self.get_logger().error(f'a transition failed: {problem!r}')
             raise
+        if rclpy.ok():  # A signal ends the context before the node.
+            self.get_logger().info(f'{self.state} -> {to}')
         self._enter(to)
         return TransitionCallbackReturn.SUCCESS
 

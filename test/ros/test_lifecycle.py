@@ -76,7 +76,7 @@ def vector(command: TwistStamped) -> tuple[float, float, float]:
 
 def refused(graph: Graph, words: str) -> None:
     assert not graph.send_goal(Fly, 'policy/fly', Fly.Goal(start_cell=-1)).accepted
-    graph.wait_for('policy/status', FlightStatus, lambda s: words in s.message, qos.latched())
+    graph.wait_for('policy/status', FlightStatus, lambda s: words in s.refusal, qos.latched())
 
 
 def test_the_policy_flies_while_it_is_active_only(graph: Graph) -> None:
@@ -96,6 +96,7 @@ def test_the_policy_flies_while_it_is_active_only(graph: Graph) -> None:
     graph.wait_until(lambda: bridge.commands and vector(bridge.commands[-1]) != REST, what='motion')
 
     set_state(graph, 'policy', 'deactivate')
+    graph.wait_until(lambda: all(f'{one}' in policy.text for one in ('inactive -> active', 'active -> inactive')))
     ended = graph.result(handle)
     assert (ended.status, ended.result.phase) == (GoalStatus.STATUS_ABORTED, FlightStatus.STOPPED)
     assert ended.result.message == 'the policy node was deactivated; the vehicle holds'

@@ -6,6 +6,7 @@ import time
 from dataclasses import replace
 from pathlib import Path
 
+import pytest
 import yaml
 from action_msgs.msg import GoalStatus
 from diagnostic_msgs.msg import DiagnosticArray
@@ -34,6 +35,10 @@ def publish_policy(graph: Graph, grid: Grid, greedy: tuple[int, ...], version: i
 
 def wait_for_status(graph: Graph, words: str) -> FlightStatus:
     return graph.wait_for('policy/status', FlightStatus, lambda s: words in s.message, qos.latched())
+
+
+def wait_for_refusal(graph: Graph, words: str) -> FlightStatus:
+    return graph.wait_for('policy/status', FlightStatus, lambda s: words in s.refusal, qos.latched())
 
 
 def fly(graph: Graph, **goal: int) -> Fly.Result:
@@ -81,7 +86,8 @@ def test_flights_that_cannot_begin_are_refused_in_words(graph: Graph, tmp_path: 
 
     def refused(words: str, **goal: int) -> None:
         assert not graph.send_goal(Fly, 'policy/fly', Fly.Goal(**goal)).accepted
-        assert words in wait_for_status(graph, words).message
+        assert words in wait_for_refusal(graph, words).refusal
+        graph.wait_until(lambda: f'policy/fly is refused: {words}'[:30] in policy.text)
 
     refused('waiting for a policy')
     other = replace(grid, altitude_m=9.0)
@@ -130,7 +136,8 @@ def test_holding_by_cancel_stop_and_the_vehicle_itself(graph: Graph) -> None:
 
     handle = take_off_and_fly()
     assert not graph.send_goal(Fly, 'policy/fly', Fly.Goal()).accepted
-    wait_for_status(graph, 'a flight is under way')
+    status = wait_for_refusal(graph, 'a flight is under way')
+    assert (status.phase, status.message, status.flight_id) == (FlightStatus.FLYING, '', 1)
     graph.cancel(handle)
     ended = graph.result(handle)
     assert (ended.status, ended.result.phase) == (GoalStatus.STATUS_CANCELED, FlightStatus.CANCELED)
@@ -175,6 +182,56 @@ def test_it_holds_while_poses_are_missing_and_goes_on_when_they_return(graph: Gr
     assert all(c.twist.linear.x == c.twist.linear.y == 0.0 for c in bridge.commands[flown + 1:])
     bridge.sending = True
     assert graph.result(handle).result.success
+
+
+def test_a_flight_that_lost_its_bridge_never_goes_on_by_itself(graph: Graph) -> None:
+    grid = square()
+    bridge = MockBridge(graph, grid, speedup=2.0)
+    policy = graph.start('policy', {'pose_timeout_s': 0.2, 'give_up_s': 0.5, 'speed_m_s': 2.0})
+    publish_policy(graph, grid, best(grid))
+    handle = graph.accepted_goal(Fly, 'policy/fly', Fly.Goal(start_cell=-1))
+    graph.wait_until(lambda: bridge.commands and abs(bridge.commands[-1].twist.linear.x) > 0.5)
+    bridge.sending = False
+    ended = graph.result(handle)
+    assert (ended.status, ended.result.phase) == (GoalStatus.STATUS_ABORTED, FlightStatus.STOPPED)
+    assert 'the flight is given up and does not go on by itself' in ended.result.message
+    assert policy.text.count('holding: no pose for 0.2 s') == policy.text.count('STOPPED, no pose for') == 1
+    bridge.sending = True
+    graph.wait_for('/diagnostics', DiagnosticArray, lambda m: any(s.message == 'ready to fly' for s in m.status), new=True)
+    began = len(bridge.poses)
+    graph.wait_until(lambda: len(bridge.poses) > began + 100)
+    assert bridge.commands[-1].twist.linear.x == bridge.commands[-1].twist.linear.y == 0.0
+    assert graph.accepted_goal(Fly, 'policy/fly', Fly.Goal(start_cell=-1)).accepted, 'a new goal flies'
+
+
+@pytest.mark.parametrize(('changes', 'words'), [
+    ({'connected': False}, 'the link to it is lost'),
+    ({'armed': False}, 'it is disarmed'),
+    ({'mode': 'LOITER', 'waiting_for': 'GUIDED (it is LOITER)'}, 'GUIDED (it is LOITER)'),
+])
+def test_why_the_vehicle_takes_no_commands_any_more(graph: Graph, changes: dict[str, object], words: str) -> None:
+    grid = square()
+    bridge = MockBridge(graph, grid, speedup=2.0)
+    graph.start('policy', PATIENT)
+    publish_policy(graph, grid, best(grid))
+    handle = graph.accepted_goal(Fly, 'policy/fly', Fly.Goal(start_cell=-1))
+    bridge.publish_status(**{'commandable': False, **changes})
+    assert graph.result(handle).result.message == f'the vehicle takes no commands any more ({words})'
+    bridge.publish_status()
+    assert graph.listen('policy/status', FlightStatus, qos.latched(100))[-1].phase == FlightStatus.STOPPED
+
+
+def test_without_a_clock_it_says_so_and_refuses(graph: Graph) -> None:
+    grid = square()
+    bridge = MockBridge(graph, grid)
+    policy = graph.start('policy', {'use_sim_time': True})
+    publish_policy(graph, grid, best(grid))
+    assert not graph.send_goal(Fly, 'policy/fly', Fly.Goal(start_cell=-1)).accepted
+    said = 'use_sim_time is set and nothing arrives on /clock; leave use_sim_time out, or start what publishes /clock'
+    assert said in wait_for_refusal(graph, said).refusal
+    graph.wait_for('/diagnostics', DiagnosticArray, lambda m: any(said in s.message for s in m.status))
+    assert not bridge.commands
+    assert f'policy/fly is refused: there is no time: {said}' in policy.text
 
 
 def test_a_failing_policy_ends_by_itself_and_the_next_one_flies(graph: Graph) -> None:

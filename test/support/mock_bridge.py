@@ -61,10 +61,10 @@ class MockBridge:
 
     def publish_status(self, **changes: object) -> None:
         """Tell the vehicle's state; `changes` override fields of the message."""
-        message = VehicleStatus(
-            autopilot='mock', mode='GUIDED', connected=True, ready=self.ready, armed=self.in_air, in_air=self.in_air,
-            commandable=self.in_air, **changes,
-        )
+        message = VehicleStatus(**{
+            'autopilot': 'mock', 'mode': 'GUIDED', 'connected': True, 'ready': self.ready, 'armed': self.in_air,
+            'in_air': self.in_air, 'commandable': self.in_air, **changes,
+        })
         if self._statuses is not None:
             self._statuses.publish(message)
 

@@ -1,6 +1,7 @@
 """The order of take-off, flight and landing around a pilot's flights."""
 
-from advise_ros.core.mission import GRACE_S, RETRY_S, Ask, Mission, Stage, Vehicle
+from advise_ros.core.mission import GRACE_S, RETRY_S, Ask, Mission, Stage
+from advise_ros.core.vehicle_state import Vehicle
 
 GROUND = Vehicle(ready=True, armed=False, in_air=False, commandable=False)
 BOOTING = GROUND._replace(ready=False, waiting_for='EKF', text='PreArm: wait')
