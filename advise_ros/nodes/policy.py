@@ -253,8 +253,10 @@ class PolicyNode(ManagedNode):
         self._pose_missing = True
         self._publish_zero()
         self._watchdog.reset()
+        self._tell_hold(self._flying.flight)
+
+    def _tell_hold(self, flight: PolicyFlight) -> None:
         reason = self._poses.problem or f'no pose for {self.config.pose_timeout_s:g} s'
-        flight = self._flying.flight
         if self._teller.tell(flight, flight.phase, f'holding: {reason}', self._stamp_ns):
             self.get_logger().warning(f'flight {self._teller.status.flight_id}: holding: {reason}')
 
@@ -266,6 +268,8 @@ class PolicyNode(ManagedNode):
         holds = self._pose_missing if self._flying is not None else now_s < self._hold_until_s
         if holds:
             self._publish_zero()
+        if holds and self._flying is not None:
+            self._tell_hold(self._flying.flight)
         self._patience.look(now_s)
         if not holds and not self._patience.waits:
             self._watchdog.cancel()

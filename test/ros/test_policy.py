@@ -159,7 +159,7 @@ def test_holding_by_cancel_stop_and_the_vehicle_itself(graph: Graph) -> None:
 
 def test_it_holds_while_poses_are_missing_and_goes_on_when_they_return(graph: Graph) -> None:
     grid = square()
-    bridge = MockBridge(graph, grid, speedup=2.0, status=False)  # Slow enough to be held up on the way.
+    bridge = MockBridge(graph, grid, speedup=2.0, status=False, wall=True)  # Slow enough to be held up on the way.
     policy = graph.start('policy', {'pose_timeout_s': 0.2, 'watchdog_rate_hz': 50.0, 'speed_m_s': 2.0})
     publish_policy(graph, grid, best(grid))
     handle = graph.accepted_goal(Fly, 'policy/fly', Fly.Goal(start_cell=-1))  # Without vehicle_status (another bridge), too.
@@ -184,9 +184,25 @@ def test_it_holds_while_poses_are_missing_and_goes_on_when_they_return(graph: Gr
     assert graph.result(handle).result.success
 
 
+def test_poses_that_come_late_are_as_good_as_none(graph: Graph) -> None:
+    """A link that delays each one by two seconds loses none, and all of them say where the vehicle was."""
+    grid = square()
+    bridge = MockBridge(graph, grid, speedup=2.0, wall=True)
+    policy = graph.start('policy', {'give_up_s': 600.0})
+    publish_policy(graph, grid, best(grid))
+    graph.accepted_goal(Fly, 'policy/fly', Fly.Goal(start_cell=-1))
+    graph.wait_until(lambda: bridge.commands and abs(bridge.commands[-1].twist.linear.x) > 0.5)
+    bridge.delay_ticks = 200
+    assert wait_for_status(graph, 'holding: poses arrive').phase == FlightStatus.FLYING
+    graph.wait_until(lambda: bridge.commands[-1].twist.linear.x == bridge.commands[-1].twist.linear.y == 0.0)
+    assert 'holding: poses arrive' in policy.text
+    bridge.delay_ticks = 0
+    graph.wait_until(lambda: abs(bridge.commands[-1].twist.linear.x) + abs(bridge.commands[-1].twist.linear.y) > 0.5)
+
+
 def test_a_flight_that_lost_its_bridge_never_goes_on_by_itself(graph: Graph) -> None:
     grid = square()
-    bridge = MockBridge(graph, grid, speedup=2.0)
+    bridge = MockBridge(graph, grid, speedup=2.0, wall=True)
     policy = graph.start('policy', {'pose_timeout_s': 0.2, 'give_up_s': 0.5, 'speed_m_s': 2.0})
     publish_policy(graph, grid, best(grid))
     handle = graph.accepted_goal(Fly, 'policy/fly', Fly.Goal(start_cell=-1))

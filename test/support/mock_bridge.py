@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections import deque
 
 from geometry_msgs.msg import PoseStamped, TwistStamped
 from rclpy.clock import Clock, ClockType
@@ -30,26 +31,32 @@ class MockBridge:
         commands: every command heard, with its stamp.
         poses: every position sent, by its stamp in ns.
         sending: poses go out; set it to False to cut them off.
+        delay_ticks: each pose goes out so many turns (TURN_S) after it was true.
         refusal: what the services answer, empty to accept.
         takeoffs, landings: calls accepted.
         strange: commands heard while the vehicle took none.
     """
 
-    def __init__(self, graph: Graph, grid: Grid, *, speedup: float = 10.0, status: bool = True, in_air: bool = True) -> None:
+    def __init__(
+        self, graph: Graph, grid: Grid, *, speedup: float = 10.0, status: bool = True, in_air: bool = True, wall: bool = False,
+    ) -> None:
+        """`wall`: stamps are of the wall clock, as our bridge's are: how late a pose is can be seen by them."""
         self._graph, self._grid = graph, grid
         east, north = grid.centre_enu_m(grid.waypoints[-1])
         self.vehicle = LazyVehicle([east, north, grid.altitude_m if in_air else 0.0])
         self.in_air, self.ready, self.frame_id = in_air, True, 'map'
         self.sending, self.refusal = True, ''
+        self.delay_ticks = 0
         self.takeoffs = self.landings = 0
         self.commands: list[TwistStamped] = []
         self.poses: dict[int, Vector] = {}
         self.strange: list[TwistStamped] = []
         self.now_ns = NS
+        self._under_way: deque[PoseStamped] = deque()
         self._command: Vector = ZERO
         self._answered_ns = 0
         self._waiting_since_s: float | None = None
-        self._step_s = TURN_S * speedup
+        self._step_s, self._wall = TURN_S * speedup, wall
         node = graph.node
         self._poses = node.create_publisher(PoseStamped, 'pose', qos.SENSOR)
         self._statuses = node.create_publisher(VehicleStatus, 'vehicle_status', qos.latched()) if status else None
@@ -104,7 +111,7 @@ class MockBridge:
             return
         for _ in range(5):
             self.vehicle.advance(self._command if self.in_air else ZERO, self._step_s / 5)
-        self.now_ns += round(self._step_s * NS)
+        self.now_ns = time.time_ns() if self._wall else self.now_ns + round(self._step_s * NS)
         if self.sending:
             self.publish_pose()
 
@@ -114,4 +121,6 @@ class MockBridge:
         message.header.stamp = stamp_from_ns(self.now_ns)
         at = message.pose.position
         at.x, at.y, at.z = self.poses[self.now_ns] = tuple(self.vehicle.position)
-        self._poses.publish(message)
+        self._under_way.append(message)
+        while len(self._under_way) > self.delay_ticks:
+            self._poses.publish(self._under_way.popleft())
