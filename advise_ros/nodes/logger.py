@@ -28,6 +28,8 @@ TAKE_PERIOD_S = 0.05
 DISCOVERY_PERIOD_S = 0.5
 PARAMETERS_RECORD = 'parameters '
 PLATFORM_RECORD = 'platform'
+# When a node's parameters were read, beside them: a node may be started again with others.
+READ_AT = 'log time (ns)'
 # builtin_interfaces/Time behind the encapsulation of a message in CDR (little-endian).
 CLOCK_CDR = struct.Struct('<4xiI')
 NS = 1_000_000_000
@@ -118,7 +120,8 @@ class Logger(Node):
         return True
 
     def _on_parameters(self, node_name: str, values: dict[str, Any]) -> None:
-        texts = {name: json.dumps(value) for name, value in values.items()}
+        now_ns = self._simulated_ns if self._simulated else self.get_clock().now().nanoseconds
+        texts = {name: json.dumps(value) for name, value in {**values, READ_AT: now_ns}.items()}
         self._writer.add_record(PARAMETERS_RECORD + node_name, texts)
 
     # -- what people read --------------------------------------------------------------------

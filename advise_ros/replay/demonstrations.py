@@ -25,17 +25,19 @@ def demonstration_stages(session: RecordedSession, comparison: Comparison) -> li
     """Rebuild each demonstration within its window, and the windows from the vehicle's state."""
     stage = Stage('demonstrations')
     recorded = session.on('demonstration')
-    flown = [one for one in recorded if is_flown(one.value)]
+    early = {id(one): lacks for one in recorded if is_flown(one.value) and (lacks := _lacks(session, one))}
+    stage.notes += early.values()
+    flown = [one for one in recorded if is_flown(one.value) and id(one) not in early]
     config = session.config(RecorderConfig, 'recorder') if flown else RecorderConfig()
     for one in recorded:
-        if is_flown(one.value):
+        if is_flown(one.value) and id(one) not in early:
             _compare(stage, session, comparison, config, one)
         else:
             comparison.rebuilt.demonstrations.append(_taken(session, one))
     taken_back = sum(not len(one.value.states) for one in recorded)
     if taken_back:
         stage.notes.append(f'{taken_back} demonstration{" was" if taken_back == 1 else "s were"} taken back by recorder/discard')
-    elsewhere = len(recorded) - len(flown) - taken_back
+    elsewhere = len(recorded) - len(flown) - len(early) - taken_back
     if elsewhere:
         stage.notes.append(f'{elsewhere} demonstrations were not flown in this bag and are taken as they are')
     if comparison.what_if:
@@ -48,6 +50,22 @@ def demonstration_stages(session: RecordedSession, comparison: Comparison) -> li
 def is_flown(value: Any) -> bool:
     """It was made from topics, not on the grid model or from a file, and is not the taking back of another."""
     return str(value.source).startswith(TOPIC_SOURCE) and value.audit.samples > 0
+
+
+def _lacks(session: RecordedSession, one: Recorded) -> str:
+    """What the bag lacks of a flight that began before its first pose, which it has from a recorder that keeps it."""
+    start_ns, end_ns = (convert.stamp_to_ns(stamp) for stamp in (one.value.window_start, one.value.window_end))
+    stamps_ns = session.recording.poses.stamps_ns
+    begin_ns = session.first_pose_ns
+    if begin_ns is not None and start_ns >= begin_ns:
+        return ''
+    held = int(((stamps_ns >= start_ns) & (stamps_ns <= end_ns)).sum())
+    upto_ns = end_ns if begin_ns is None else min(end_ns, begin_ns)
+    return (
+        f'{one.value.demonstration_id} was flown before the recording began and is taken as it is: the bag lacks '
+        f'{one.value.audit.samples - held} messages on {session.pose_topic}, and those on {session.namespace}/cmd_vel, '
+        f'from {at(start_ns)} to {at(upto_ns)}'
+    )
 
 
 def _taken(session: RecordedSession, one: Recorded) -> Demonstration | None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
-from typing import NamedTuple
 
 from advise_ros.config import PolicyConfig
 from advise_ros.core.errors import InputError
@@ -12,27 +11,15 @@ from advise_ros.core.grid import Grid
 from advise_ros.core.mover import Pose
 from advise_ros.core.policy_flight import FlightPlan, Phase, PolicyFlight
 from advise_ros.replay.decisions import decision
-from advise_ros.replay.session import Recorded, RecordedSession
+from advise_ros.replay.flight_parts import Flight, flights_of
+from advise_ros.replay.session import Recorded, RecordedSession, at
 from advise_ros.replay.stage import Comparison, Stage
 from advise_ros.ros import convert
 from advise_ros.ros.flying import velocity_command
 
-UNDER_WAY = (Phase.TO_START, Phase.FLYING)
 # A flight is ended from outside: the poses do not tell.
 FROM_OUTSIDE = (Phase.CANCELED, Phase.STOPPED)
 ZERO = (0.0, 0.0, 0.0)
-
-
-class Flight(NamedTuple):
-    """One flight of a policy as the bag tells of it.
-
-    Attributes:
-        statuses: from its beginning to its end, in order.
-        commands: stamped after the last pose before it, up to the last pose of it.
-    """
-
-    statuses: tuple[Recorded, ...]
-    commands: tuple[Recorded, ...]
 
 
 def flight_stages(session: RecordedSession, comparison: Comparison) -> list[Stage]:
@@ -40,8 +27,13 @@ def flight_stages(session: RecordedSession, comparison: Comparison) -> list[Stag
     commands, statuses = Stage('commands'), Stage('flight statuses')
     found, others = flights_of(session)
     poses = _poses(session)
-    config = session.config(PolicyConfig, 'policy') if found else PolicyConfig()
     for flight in found:
+        if flight.lacks:
+            statuses.notes.append(flight.lacks)
+            continue
+        config = session.config(PolicyConfig, 'policy', flight.statuses[0].message.log_time_ns)
+        if flight.cut_off:
+            commands.notes.append(_cut_off(flight))
         try:
             flown = PolicyFlight(_plan(session, comparison, flight, config), config.seek_settings())
         except InputError as problem:
@@ -53,31 +45,12 @@ def flight_stages(session: RecordedSession, comparison: Comparison) -> list[Stag
     return [commands, statuses]
 
 
-def flights_of(session: RecordedSession) -> tuple[list[Flight], int]:
-    """The flights, and how many commands belong to none."""
-    commands = session.on('cmd_vel')
-    found = []
-    for statuses in _by_flight(session.on('policy/status')):
-        first_ns, last_ns = statuses[0].stamp_ns, statuses[-1].stamp_ns
-        if statuses[-1].value.phase in UNDER_WAY:
-            last_ns = max((one.stamp_ns for one in commands), default=last_ns)
-        mine = tuple(one for one in commands if first_ns < one.stamp_ns <= last_ns)
-        found.append(Flight(statuses, mine))
-    return found, len(commands) - sum(len(flight.commands) for flight in found)
-
-
-def _by_flight(statuses: tuple[Recorded, ...]) -> list[tuple[Recorded, ...]]:
-    """Statuses of each flight, from the one that begins it to the one that ends it."""
-    found: list[list[Recorded]] = []
-    under_way = False
-    for recorded in statuses:
-        flies = recorded.value.phase in UNDER_WAY
-        if flies and not under_way:
-            found.append([])
-        if under_way or flies:
-            found[-1].append(recorded)
-        under_way = flies
-    return [tuple(flight) for flight in found]
+def _cut_off(flight: Flight) -> str:
+    last = flight.commands[-1] if flight.commands else flight.statuses[-1]
+    return (
+        f'the flight that began at {at(flight.statuses[0].stamp_ns)} has no end in the bag: its policy node, or the '
+        f'recording, ended before; it is rebuilt up to {at(last.stamp_ns)}'
+    )
 
 
 def _fly(

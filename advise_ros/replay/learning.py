@@ -9,6 +9,7 @@ from advise_ros.config import AdviseConfig
 from advise_ros.core.advice import AdviceRecord
 from advise_ros.core.demonstration import Demonstration, known
 from advise_ros.core.errors import InputError
+from advise_ros.core.flights import number_of
 from advise_ros.core.learn import Learned, learn
 from advise_ros.core.learn_settings import LearnSettings
 from advise_ros.core.queries import budget_left
@@ -54,16 +55,24 @@ def learning_stages(session: RecordedSession, comparison: Comparison) -> list[St
     heard = _heard(session, comparison)
     if any(episode.log and _elsewhere(session, episode) for episode in found):
         policies.notes.append('the answers were given on the grid that was flown and are left out')
-    for episode in found:
-        try:
-            learned = _learn(session, episode, heard, learn_settings(config), config.budget)
-        except InputError as problem:
-            policies.count(f'{episode.policy.where}: {problem}')
-            continue
-        comparison.rebuilt.policies[episode.policy.message.publish_time_ns] = learned
-        rebuilt = convert_advice.policy_to_msg(learned, episode.policy.stamp_ns)
-        comparison.count(policies, rebuilt, episode.policy)
-        _check_query(queries, session, comparison, episode, learned, config.budget)
+    began_late = session.began_late or (bool(found) and found[0].version > 1)
+    for life in _lives(found):
+        heard_by_it = _Hearing(heard)
+        for episode in life:
+            lacks = _lacks(session, episode, heard) if began_late else ''
+            if lacks:
+                policies.notes.append(lacks)
+                continue
+            try:
+                learned = heard_by_it.learn(session, comparison, episode, learn_settings(config), config.budget)
+            except InputError as problem:
+                policies.count(f'{episode.policy.where}: {problem}')
+                continue
+            comparison.rebuilt.policies[episode.policy.message.publish_time_ns] = learned
+            rebuilt = convert_advice.policy_to_msg(learned, episode.policy.stamp_ns)
+            comparison.count(policies, rebuilt, episode.policy)
+            _check_query(queries, session, comparison, episode, learned, config.budget)
+        policies.notes += heard_by_it.notes
     return [policies, queries]
 
 
@@ -84,6 +93,79 @@ def episodes(session: RecordedSession) -> list[Episode]:
             next_id = counted.query(number, found[-1].next_query_id)
             found[-1] = found[-1]._replace(query=recorded, next_query_id=next_id)
     return found
+
+
+def _lives(found: list[Episode]) -> list[list[Episode]]:
+    """The policies of each life of the learner: one that was started again counts its versions anew."""
+    lives: list[list[Episode]] = []
+    for episode in found:
+        version = int(episode.policy.value.version)
+        if not lives or version <= int(lives[-1][-1].policy.value.version):
+            lives.append([])
+        lives[-1].append(episode)
+    return lives
+
+
+class _Hearing:
+    """What one life of the learner had heard: all demonstrations, or those since a recorder was started again.
+
+    A recorder keeps its demonstrations for learners that come later, and takes them with it when it ends.
+    """
+
+    def __init__(self, heard: tuple[Demonstration | None, ...]) -> None:
+        self._heard = heard
+        self.notes: list[str] = []
+
+    def learn(
+        self, session: RecordedSession, comparison: Comparison, episode: Episode, settings: LearnSettings, budget: int,
+    ) -> Learned:
+        """As `_learn`, from what gives the recorded policy, if something does."""
+        learned = _learn(session, episode, self._heard, settings, budget)
+        if comparison.what_if or _is_it(comparison, learned, episode):
+            return learned
+        for first in _recorders(self._heard)[1:]:
+            later = self._heard[first:]
+            if int(episode.policy.value.demonstrations) > len(later):
+                break
+            other = _learn(session, episode, later, settings, budget)
+            if _is_it(comparison, other, episode):
+                number = int(episode.policy.value.version)
+                self.notes.append(
+                    f'the learner of policy {number} at {at(episode.policy.stamp_ns)} had heard nothing before demonstration '
+                    f'{first + 1} of the bag: it and a recorder had been started again'
+                )
+                self._heard = later
+                return other
+        return learned
+
+
+def _recorders(heard: tuple[Demonstration | None, ...]) -> list[int]:
+    """Where the ids begin anew, because a recorder was started again."""
+    numbers = [number_of(one.demonstration_id) if one is not None else 0 for one in heard]
+    return [0, *(place for place in range(1, len(numbers)) if 0 < numbers[place] <= numbers[place - 1])]
+
+
+def _is_it(comparison: Comparison, learned: Learned, episode: Episode) -> bool:
+    rebuilt = convert_advice.policy_to_msg(learned, episode.policy.stamp_ns)
+    same = comparison.same(rebuilt, episode.policy)
+    return same or (not comparison.exact and list(rebuilt.greedy) == list(episode.policy.value.greedy))
+
+
+def _lacks(session: RecordedSession, episode: Episode, heard: tuple[Demonstration | None, ...]) -> str:
+    """What the bag, which began late, lacks of what a policy was learnt from, in words."""
+    value = episode.policy.value
+    demonstrations = int(value.demonstrations) - len(heard)
+    entries = int(value.log_length) - len(episode.log)
+    lacking = [
+        f'{number} message{"" if number == 1 else "s"} on {session.namespace}/{topic}'
+        for number, topic in ((demonstrations, 'demonstration'), (entries, 'advise/advice_log')) if number > 0
+    ]
+    if not lacking:
+        return ''
+    return (
+        f'policy {int(value.version)} at {at(episode.policy.stamp_ns)} is not learnt again: the bag lacks '
+        f'{" and ".join(lacking)} from before {at(session.bag.first_ns)}, when the recording began'
+    )
 
 
 def _elsewhere(session: RecordedSession, episode: Episode) -> bool:

@@ -16,7 +16,8 @@ from advise_ros.config import RecorderConfig
 from advise_ros.core.errors import InputError
 from advise_ros.recording.messages import Message
 from advise_ros.replay.demonstrations import is_flown
-from advise_ros.replay.flights import FROM_OUTSIDE, UNDER_WAY
+from advise_ros.replay.flight_parts import UNDER_WAY
+from advise_ros.replay.flights import FROM_OUTSIDE
 from advise_ros.replay.heard import Heard
 from advise_ros.replay.live_ears import Ears, is_matched
 from advise_ros.replay.live_nodes import LiveNodes

@@ -141,7 +141,7 @@ def _table(report: Report) -> Table:
     for stage in report.asked_stages:
         mark = same if stage.agrees else f'[red]{other}[/red]'
         if not stage.checked:
-            mark = 'none in the bag'
+            mark = 'not compared' if stage.notes else 'none in the bag'
         elif stage.agrees_in_bytes:
             mark = 'equal byte for byte'
         table.add_row(stage.name, str(stage.checked), str(stage.equal), mark)

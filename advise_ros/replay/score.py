@@ -10,7 +10,8 @@ from advise_ros.core.demonstration import EndReason
 from advise_ros.recording.codec import Codec
 from advise_ros.recording.messages import Bag, Message
 from advise_ros.replay.demonstrations import is_flown
-from advise_ros.replay.flights import FROM_OUTSIDE, Flight, flights_of
+from advise_ros.replay.flight_parts import Flight, flights_of
+from advise_ros.replay.flights import FROM_OUTSIDE
 from advise_ros.replay.installed_form import in_installed_form
 from advise_ros.replay.session import (
     ADVICE_TYPE,

@@ -6,7 +6,7 @@ import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
@@ -25,6 +25,8 @@ from advise_ros.replay.overrides import GRID, Overrides, other_grid
 NS = 1_000_000_000
 PARAMETERS_RECORD = 'parameters '
 PLATFORM_RECORD = 'platform'
+# When the logger read the parameters (its clock, ns); bags of earlier versions do not hold it.
+READ_AT = 'log time (ns)'
 COMMAND_TYPE = 'geometry_msgs/msg/TwistStamped'
 DEMONSTRATION_TYPE = 'advise_msgs/msg/Demonstration'
 POLICY_TYPE = 'advise_msgs/msg/Policy'
@@ -50,6 +52,15 @@ EARLIER: Mapping[str, Mapping[str, Any]] = {
     'AdviseConfig': {'clustering': 'k_means', 'confirm': False},
     'PolicyConfig': {'centre_first': False},
 }
+
+
+
+class Parameters(NamedTuple):
+    """What a node was started with; `read_at_ns` by the logger's clock, 0 where the bag does not tell."""
+
+    values: Mapping[str, Any]
+    read_at_ns: int
+
 
 ConfigT = TypeVar('ConfigT')
 
@@ -85,6 +96,7 @@ class RecordedSession:
         bag: the bag; its codec decodes by the definitions that were recorded.
         namespace: '' or '/name'.
         recording: poses, commands, vehicle events and the policy's flights as samples.
+        parameters: of each node, as often as it was started.
         same_platform: the bag was made by these package versions on this kind of machine.
         overrides: what is to be otherwise than it was.
         missing: fields that the bag's messages, of another version, do not have.
@@ -93,7 +105,7 @@ class RecordedSession:
     bag: Bag
     namespace: str
     recording: Recording
-    parameters: Mapping[str, Mapping[str, Any]]
+    parameters: Mapping[str, tuple[Parameters, ...]]
     made_on: Mapping[str, str]
     same_platform: bool
     overrides: Overrides = field(default_factory=dict)
@@ -117,23 +129,43 @@ class RecordedSession:
         """From the first message to the last, by the logger's clock."""
         return (self.bag.last_ns - self.bag.first_ns) / NS
 
-    def config(self, config_class: type[ConfigT], node: str) -> ConfigT:
-        """The parameters of a node.
+    @property
+    def first_pose_ns(self) -> int | None:
+        """The lowest stamp of a pose; None where there are none."""
+        stamps_ns = self.recording.poses.stamps_ns
+        return int(stamps_ns.min()) if stamps_ns.size else None
+
+    @property
+    def began_late(self) -> bool:
+        """Whether the logger came when others had published already: their latched messages are older than the bag's poses."""
+        begin_ns = self.first_pose_ns
+        latched = (*self.on('demonstration'), *self.on('advise/policy'))
+        return begin_ns is None or any(one.stamp_ns < begin_ns for one in latched)
+
+    @property
+    def pose_topic(self) -> str:
+        """Where the poses come from."""
+        started = self.parameters.get(f'{self.namespace}/recorder')
+        return f'{self.namespace}/{started[-1].values.get("pose_source", "pose") if started else "pose"}'
+
+    def config(self, config_class: type[ConfigT], node: str, log_time_ns: int | None = None) -> ConfigT:
+        """The parameters of a node at a time by the logger's clock; None: the last ones.
 
         Raises:
             LogError: the bag does not hold them, or they are not those of this version.
         """
-        values = self.parameters.get(f'{self.namespace}/{node}')
-        if values is None:
+        started = self.parameters.get(f'{self.namespace}/{node}')
+        if started is None:
             raise LogError(
                 f'{self.bag.path} does not hold the parameters of {self.namespace}/{node}; '
                 'start the logger before that node ends and record again'
             )
+        then = [one for one in started if log_time_ns is not None and one.read_at_ns <= log_time_ns]
+        values = (then or started[:1])[-1].values if log_time_ns is not None else started[-1].values
         try:
             return _config(config_class, {**values, **self.overrides.get(node, {})})
         except InputError as problem:
             raise LogError(f'{self.bag.path}, parameters of {self.namespace}/{node}: {problem}') from problem
-
 
     def grid(self, recorded: Grid) -> Grid:
         """The grid as it is to be.
@@ -167,7 +199,8 @@ def read_session(path: str | Path, namespace: str | None = None, overrides: Over
     if not bag.on(f'{where}/{DEMONSTRATION_TOPIC}'):
         raise LogError(f'{path} holds no demonstrations; record a session with the logger from its beginning')
     parameters = _parameters(bag)
-    recording = _samples(bag, where, parameters.get(f'{where}/recorder', {}))
+    recorders = parameters.get(f'{where}/recorder')
+    recording = _samples(bag, where, recorders[-1].values if recorders else {})
     made_on = next((record.values for record in bag.records if record.name == PLATFORM_RECORD), {})
     same = not missing and made_on == platform.describe()
     return RecordedSession(bag, where, recording, parameters, made_on, same, overrides or {}, missing)
@@ -211,13 +244,15 @@ def _listed(namespaces: list[str]) -> str:
     return ', '.join(name or '/' for name in namespaces) or 'none'
 
 
-def _parameters(bag: Bag) -> dict[str, dict[str, Any]]:
-    """Node -> parameters; of a node that was started twice, the later ones."""
-    found: dict[str, dict[str, Any]] = {}
+def _parameters(bag: Bag) -> dict[str, tuple[Parameters, ...]]:
+    """Node -> its parameters, in the order in which it was started."""
+    found: dict[str, tuple[Parameters, ...]] = {}
     for record in bag.records:
         if record.name.startswith(PARAMETERS_RECORD):
             node = record.name.removeprefix(PARAMETERS_RECORD)
-            found[node] = {name: _value(bag, node, name, text) for name, text in record.values.items()}
+            values = {name: _value(bag, node, name, text) for name, text in record.values.items()}
+            read_at_ns = int(values.pop(READ_AT, 0))
+            found[node] = (*found.get(node, ()), Parameters(values, read_at_ns))
     return found
 
 

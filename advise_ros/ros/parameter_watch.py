@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable
 from typing import Any
 
@@ -16,7 +17,9 @@ OnParameters = Callable[[str, dict[str, Any]], None]
 
 
 class ParameterWatch:
-    """Asks each node once for all its parameters; a node that left and came back is asked again.
+    """Asks each node once for all its parameters; one that was started again is asked again.
+
+    A node that was killed stays in the graph for a while: then its name is there twice.
 
     Call `refresh` now and then; answers arrive through the executor.
     """
@@ -26,17 +29,20 @@ class ParameterWatch:
         self._on_parameters = on_parameters
         self._clients: dict[str, tuple[Client, Client]] = {}
         self._asked: set[str] = set()
+        self._present: Counter[str] = Counter()
 
     def refresh(self) -> None:
-        present = {
+        present = Counter(
             f'{namespace.rstrip("/")}/{name}'
             for name, namespace in self._node.get_node_names_and_namespaces()
             if not name.startswith('_')
-        }
-        for gone in (self._asked | set(self._clients)) - present:
-            self._forget(gone)
-            self._asked.discard(gone)
-        for name in present - self._asked:
+        )
+        gone = (self._asked | set(self._clients)) - set(present)
+        for name in gone | set(present - self._present):
+            self._forget(name)
+            self._asked.discard(name)
+        self._present = present
+        for name in set(present) - self._asked:
             self._ask_when_ready(name)
 
     def _ask_when_ready(self, name: str) -> None:

@@ -26,6 +26,7 @@ from advise_ros.core.session import Session
 from advise_ros.recording import platform
 from advise_ros.recording.definitions import definition
 from advise_ros.recording.writer import BagWriter
+from advise_ros.replay.session import READ_AT
 from advise_ros.ros import convert, convert_advice
 from advise_ros.ros.cdr import to_cdr
 from advise_ros.ros.flying import velocity_command
@@ -53,6 +54,7 @@ class SessionBag:
     entries: list[Entry] = field(default_factory=list)
     made_on: dict[str, str] = field(default_factory=platform.describe)
     now_ns: int = 10 * 1_000_000_000
+    restarts: list[tuple[str, dict[str, Any], int]] = field(default_factory=list)
     _poses: list[Pose] = field(default_factory=list)
     _commands: list[tuple[int, tuple[float, ...]]] = field(default_factory=list)
     _events: list[VehicleEvent] = field(default_factory=list)
@@ -69,6 +71,9 @@ class SessionBag:
         for node in self.nodes:
             values = {name: json.dumps(value) for name, value in self.parameters(node).items()}
             writer.add_record(f'parameters /{node}', values)
+        for node, values, read_at_ns in self.restarts:
+            texts = {name: json.dumps(value) for name, value in {**values, READ_AT: read_at_ns}.items()}
+            writer.add_record(f'parameters /{node}', texts)
         self.put_into(writer, self.entries)
         writer.close()
         return directory
@@ -93,16 +98,34 @@ class SessionBag:
         self.put('/vehicle_status', message)
         self._events.append(VehicleEvent(self.now_ns, flying, flying))
 
-    def fly(self, flight: PolicyFlight, policy_version: int = 0) -> None:
-        """Follow every command at once, from above the final waypoint until the flight is over."""
+    def fly(self, flight: PolicyFlight, policy_version: int = 0, ticks: int = 10_000) -> None:
+        """Follow every command at once, from above the final waypoint until the flight is over, or its node dies."""
         at = np.array([*GRID.centre_enu_m(GRID.waypoints[-1]), GRID.altitude_m])
         self.status(flying=True)
         self._tell(flight, policy_version)
-        while not flight.phase.over:
+        for _ in range(ticks):
+            if flight.phase.over:
+                break
             at = at + np.array(self._tick(flight, at, policy_version)) * TICK_NS / 1e9
         self.now_ns += TICK_NS
         self.status(flying=False)
         self.now_ns += TICK_NS
+
+    def start_policy_again(self, policy: PolicyConfig) -> None:
+        """Another policy node takes the place of one that was killed; it says that it is idle."""
+        self.now_ns += 30 * TICK_NS
+        self.restarts.append(('policy', asdict(policy), self.now_ns))
+        self.put('/policy/status', FlightStatus())
+        self.now_ns += TICK_NS
+
+    def begin_late(self, log_time_ns: int) -> None:
+        """As a logger has it that came at a time: of what was before, what is latched."""
+        before = [entry for entry in self.entries if entry[1] < log_time_ns]
+        keep = {id(entry) for topic in ('/advise/policy', '/advise/query', '/policy/status', '/vehicle_status')
+                for entry in [one for one in before if one[0] == topic][-1:]}
+        latched = [one for one in before if id(one) in keep or one[0] in ('/demonstration', '/advise/advice_log')]
+        after = [entry for entry in self.entries if entry[1] >= log_time_ns]
+        self.entries = [(topic, log_time_ns, message) for topic, _, message in latched] + after
 
     def _tick(self, flight: PolicyFlight, at: Any, policy_version: int) -> tuple[float, float, float]:
         self.now_ns += TICK_NS
@@ -145,12 +168,12 @@ class SessionBag:
             events=tuple(self._events), source=SOURCE,
         )
 
-    def demonstrate(self, wrong_turns: Iterable[int]) -> Demonstration:
-        """A flight that takes another way than the shortest in some states."""
+    def demonstrate(self, wrong_turns: Iterable[int], number: int = 0) -> Demonstration:
+        """A flight that takes another way than the shortest in some states; with a number or the next one."""
         self.fly(PolicyFlight(FlightPlan(GRID, route(wrong_turns), step_budget=200), self.policy.seek_settings()))
         recording = self.recording()
         flight = split(GRID, recording, self.recorder.altitude_tolerance_m)[-1]
-        number = len(self.where('/demonstration')) + 1
+        number = number or len(self.where('/demonstration')) + 1
         demonstration = discretise(
             GRID, recording, flight.window_ns, self.recorder.discretise_settings(), f'flight-{number:03d}', flight.end_reason,
         )

@@ -1,0 +1,90 @@
+"""The flights of a policy in a recording: which statuses and commands belong to each, and what the bag lacks of them."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import NamedTuple
+
+from advise_ros.core.policy_flight import Phase
+from advise_ros.replay.session import NS, Recorded, RecordedSession, at
+
+UNDER_WAY = (Phase.TO_START, Phase.FLYING)
+# A policy node in flight is never silent for this long: it answers poses, and holds by zero velocity without them.
+SILENCE_NS = 2 * NS
+
+
+class Flight(NamedTuple):
+    """One flight of a policy as the bag tells of it.
+
+    Attributes:
+        statuses: from its beginning to its end, in order.
+        commands: stamped after the last pose before it, up to the last pose of it.
+        cut_off: its policy node or the recording ended in the middle of it.
+        lacks: which messages the bag lacks to rebuild it, in one sentence; '' when it can be rebuilt.
+    """
+
+    statuses: tuple[Recorded, ...]
+    commands: tuple[Recorded, ...]
+    cut_off: bool = False
+    lacks: str = ''
+
+
+def flights_of(session: RecordedSession) -> tuple[list[Flight], int]:
+    """The flights, and how many commands belong to none."""
+    commands = session.on('cmd_vel')
+    flights = [_flight(session, statuses, commands) for statuses in _by_flight(session.on('policy/status'))]
+    return flights, len(commands) - sum(len(flight.commands) for flight in flights)
+
+
+def _by_flight(statuses: tuple[Recorded, ...]) -> list[tuple[Recorded, ...]]:
+    """Statuses of each flight, from the one that begins it to the last one of it."""
+    found: list[list[Recorded]] = []
+    under_way = False
+    for recorded in statuses:
+        flies = recorded.value.phase in UNDER_WAY
+        if flies and not (under_way and _goes_on(found[-1][-1], recorded)):
+            found.append([])
+        if flies or (under_way and _number(found[-1][-1]) == _number(recorded)):
+            found[-1].append(recorded)
+        under_way = flies
+    return [tuple(flight) for flight in found]
+
+
+def _goes_on(before: Recorded, now: Recorded) -> bool:
+    """Whether a status is of the same flight as the one before it; a policy node that was started again counts anew."""
+    back = before.value.phase == Phase.FLYING and now.value.phase == Phase.TO_START
+    return _number(before) == _number(now) and before.value.steps <= now.value.steps and not back
+
+
+def _number(status: Recorded) -> int:
+    return int(getattr(status.value, 'flight_id', 0))
+
+
+def _flight(session: RecordedSession, statuses: tuple[Recorded, ...], commands: tuple[Recorded, ...]) -> Flight:
+    first_ns, last_ns = statuses[0].stamp_ns, statuses[-1].stamp_ns
+    cut_off = statuses[-1].value.phase in UNDER_WAY
+    mine = tuple(one for one in commands if first_ns < one.stamp_ns and (cut_off or one.stamp_ns <= last_ns))
+    if cut_off:
+        mine = _until_silence(mine, statuses[-1])
+    return Flight(statuses, mine, cut_off, _lacks(session, statuses, mine))
+
+
+def _until_silence(commands: tuple[Recorded, ...], last: Recorded) -> tuple[Recorded, ...]:
+    """Those before the node died: after it nobody commands, until somebody else does."""
+    for index, (before, after) in enumerate(pairwise(commands), start=1):
+        silent_ns = after.message.publish_time_ns - before.message.publish_time_ns
+        if silent_ns > SILENCE_NS and after.message.publish_time_ns > last.message.publish_time_ns:
+            return commands[:index]
+    return commands
+
+
+def _lacks(session: RecordedSession, statuses: tuple[Recorded, ...], commands: tuple[Recorded, ...]) -> str:
+    """A flight that was under way before the first pose of the bag began somewhere that nothing tells of."""
+    begin_ns, first = session.first_pose_ns, statuses[0]
+    if begin_ns is None or first.stamp_ns >= begin_ns:
+        return ''
+    return (
+        f'flight {_number(first)} was under way when the recording began and is not rebuilt, nor are its {len(commands)} '
+        f'commands: the bag lacks {session.pose_topic} and {session.namespace}/cmd_vel from {at(first.stamp_ns)} or earlier '
+        f'to {at(begin_ns)}'
+    )
