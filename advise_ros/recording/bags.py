@@ -290,13 +290,15 @@ def _events(statuses: list[Any]) -> tuple[VehicleEvent, ...]:
 
 
 def _policy_ns(statuses: list[Any]) -> tuple[tuple[int, int], ...]:
-    """When a policy flew; a flight whose end is not told lasts for ever."""
+    """When a policy flew; a flight whose end is not told lasts for ever, or until another policy node says that it is idle."""
     found: list[tuple[int, int]] = []
+    last_ns = 0
     for message in statuses:
         flying = message.phase in POLICY_FLIES
         is_open = bool(found) and found[-1][1] == NEVER_NS
         if flying and not is_open:
             found.append((_stamp_ns(message), NEVER_NS))
         elif not flying and is_open:
-            found[-1] = (found[-1][0], _stamp_ns(message))
+            found[-1] = (found[-1][0], _stamp_ns(message) or last_ns)
+        last_ns = _stamp_ns(message) if flying else 0
     return tuple(found)

@@ -13,6 +13,7 @@ from advise_ros.config import PolicyConfig
 from advise_ros.core.learn import Learned
 from advise_ros.core.policy_flight import FlightPlan, PolicyFlight
 from advise_ros.core.session import Session
+from advise_ros.recording.bags import BagTopics, read_bag
 from advise_ros.replay import learning
 from advise_ros.replay.session import at
 from advise_ros.ros import convert
@@ -34,6 +35,17 @@ def learn_once(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 learn_cached = cache(learning.learn)
+
+
+def test_a_policy_flew_until_another_node_says_that_it_is_idle(good: SessionBag, tmp_path: Path) -> None:
+    bag = copy.deepcopy(good)
+    bag.fly(flight(bag, bag.policy), 3, ticks=9)
+    began_ns = bag.entries[bag.where('/policy/status')[-1]][1]
+    bag.start_policy_again(FASTER)
+    topics = BagTopics(('/pose',), '/cmd_vel', '/vehicle_status', '/policy/status')
+    intervals = read_bag(bag.write(tmp_path / 'bag'), topics).policy_ns
+    assert len(intervals) == 2
+    assert intervals[1][0] <= began_ns <= intervals[1][1] < bag.now_ns
 
 
 @pytest.fixture

@@ -195,7 +195,7 @@ def test_poses_that_come_late_are_as_good_as_none(graph: Graph) -> None:
     bridge.delay_ticks = 200
     assert wait_for_status(graph, 'holding: poses arrive').phase == FlightStatus.FLYING
     graph.wait_until(lambda: bridge.commands[-1].twist.linear.x == bridge.commands[-1].twist.linear.y == 0.0)
-    assert 'holding: poses arrive' in policy.text
+    graph.wait_until(lambda: 'holding: poses arrive' in policy.text)
     bridge.delay_ticks = 0
     graph.wait_until(lambda: abs(bridge.commands[-1].twist.linear.x) + abs(bridge.commands[-1].twist.linear.y) > 0.5)
 
@@ -234,7 +234,8 @@ def test_why_the_vehicle_takes_no_commands_any_more(graph: Graph, changes: dict[
     bridge.publish_status(**{'commandable': False, **changes})
     assert graph.result(handle).result.message == f'the vehicle takes no commands any more ({words})'
     bridge.publish_status()
-    assert graph.listen('policy/status', FlightStatus, qos.latched(100))[-1].phase == FlightStatus.STOPPED
+    graph.wait_for('policy/status', FlightStatus, lambda s: s.phase == FlightStatus.STOPPED, qos.latched())
+    assert not [c for c in bridge.commands[-1:] if c.twist.linear.x or c.twist.linear.y], 'it returns, and nothing moves'
 
 
 def test_without_a_clock_it_says_so_and_refuses(graph: Graph) -> None:
