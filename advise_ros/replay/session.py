@@ -148,8 +148,8 @@ class RecordedSession:
         started = self.parameters.get(f'{self.namespace}/recorder')
         return f'{self.namespace}/{started[-1].values.get("pose_source", "pose") if started else "pose"}'
 
-    def config(self, config_class: type[ConfigT], node: str, log_time_ns: int | None = None) -> ConfigT:
-        """The parameters of a node at a time by the logger's clock; None: the last ones.
+    def config(self, config_class: type[ConfigT], node: str, from_ns: int | None = None) -> ConfigT:
+        """The parameters of a node that was started after a time by the logger's clock; None: of the last one.
 
         Raises:
             LogError: the bag does not hold them, or they are not those of this version.
@@ -160,8 +160,8 @@ class RecordedSession:
                 f'{self.bag.path} does not hold the parameters of {self.namespace}/{node}; '
                 'start the logger before that node ends and record again'
             )
-        then = [one for one in started if log_time_ns is not None and one.read_at_ns <= log_time_ns]
-        values = (then or started[:1])[-1].values if log_time_ns is not None else started[-1].values
+        later = [one for one in started if from_ns is not None and one.read_at_ns >= from_ns]
+        values = (later or started[-1:])[0].values
         try:
             return _config(config_class, {**values, **self.overrides.get(node, {})})
         except InputError as problem:

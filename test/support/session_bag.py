@@ -54,6 +54,7 @@ class SessionBag:
     entries: list[Entry] = field(default_factory=list)
     made_on: dict[str, str] = field(default_factory=platform.describe)
     now_ns: int = 10 * 1_000_000_000
+    flights: int = 0
     restarts: list[tuple[str, dict[str, Any], int]] = field(default_factory=list)
     _poses: list[Pose] = field(default_factory=list)
     _commands: list[tuple[int, tuple[float, ...]]] = field(default_factory=list)
@@ -102,6 +103,7 @@ class SessionBag:
         """Follow every command at once, from above the final waypoint until the flight is over, or its node dies."""
         at = np.array([*GRID.centre_enu_m(GRID.waypoints[-1]), GRID.altitude_m])
         self.status(flying=True)
+        self.flights += bool(policy_version)
         self._tell(flight, policy_version)
         for _ in range(ticks):
             if flight.phase.over:
@@ -115,6 +117,7 @@ class SessionBag:
         """Another policy node takes the place of one that was killed; it says that it is idle."""
         self.now_ns += 30 * TICK_NS
         self.restarts.append(('policy', asdict(policy), self.now_ns))
+        self.flights = 0
         self.put('/policy/status', FlightStatus())
         self.now_ns += TICK_NS
 
@@ -148,7 +151,7 @@ class SessionBag:
         if not policy_version:
             return
         message = FlightStatus(
-            phase=int(flight.phase), flight_id=1, policy_version=policy_version, state=flight.state, steps=flight.steps,
+            phase=int(flight.phase), flight_id=self.flights, policy_version=policy_version, state=flight.state, steps=flight.steps,
             next_waypoint=GRID.next_waypoint(flight.state), step_budget=flight.step_budget, message=flight.message,
             start_cell=flight.plan.start_cell,
         )

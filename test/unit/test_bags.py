@@ -70,7 +70,7 @@ def status(stamp_ns: int, armed: bool, in_air: bool) -> Any:
 
 
 def policy(stamp_ns: int, phase: int) -> Any:
-    return make('advise_msgs/msg/FlightStatus', header=header(stamp_ns, ''), phase=phase, message='')
+    return make('advise_msgs/msg/FlightStatus', header=header(stamp_ns, ''), phase=phase, message='', refusal='')
 
 
 def bag(path: Path, entries: Sequence[Entry], plugin: StoragePlugin = StoragePlugin.MCAP) -> Path:
