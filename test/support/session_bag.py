@@ -151,7 +151,8 @@ class SessionBag:
         if not policy_version:
             return
         message = FlightStatus(
-            phase=int(flight.phase), flight_id=self.flights, policy_version=policy_version, state=flight.state, steps=flight.steps,
+            phase=int(flight.phase), flight_id=self.flights, policy_version=policy_version,
+            state=flight.state, steps=flight.steps,
             next_waypoint=GRID.next_waypoint(flight.state), step_budget=flight.step_budget, message=flight.message,
             start_cell=flight.plan.start_cell,
         )
