@@ -266,6 +266,10 @@ class ChecksConfig:
     command_timeout_s: float = param(0.5, 'an older command becomes zero velocity (steady time)', low=0.05, high=60.0)
     pose_timeout_s: float = param(0.5, 'an older pose makes zero velocity (steady time)', low=0.05, high=60.0)
     jump_m: float = param(2.0, 'a position that jumps further than this and flying explain is doubted; 0: no', low=0.0, high=1e4)
+    return_inside: bool = param(
+        True, 'bring a vehicle that is outside the fence back in (0.5 m/s, the shortest way), also when nobody commands; '
+        'false: zero velocity',
+    )
     latch: bool = param(False, 'a doubt about pose or command stops the vehicle until its release service is called')
     rate_hz: float = param(20.0, 'rate of checked commands (steady time); PX4 wants more than 2', low=5.0, high=200.0)
     autostart: bool = param(True, AUTOSTART_DOC)

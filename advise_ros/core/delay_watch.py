@@ -133,8 +133,11 @@ class DelayWatch:
         return self._clock.seen(now_ns / NS - stamp_s, now_s, settled=now_s - self._set_s > 5.0 * REBOOT_S)
 
     # -- what a round trip tells -------------------------------------------------------------
-    def bounded(self, low_s: float, high_s: float, now_s: float) -> None:
+    def bounded(self, low_s: float, high_s: float, now_s: float) -> bool:
         """Our steady clock minus the sender's is between these: a question was answered.
+
+        Returns:
+            Whether the sender's clock stood still, so that what seemed late was not.
 
         Args:
             low_s: when we asked (steady), minus the sender's time when it answered.
@@ -142,7 +145,7 @@ class DelayWatch:
             now_s: steady time.
         """
         if self._steady.offset_s is None:
-            return
+            return False
         known_s = self._bound(now_s)
         stood_still = low_s > self._steady.offset_s + TOLERANCE_S  # Asked after the last ones of before.
         went_ahead = high_s < known_s - TOLERANCE_S
@@ -150,6 +153,12 @@ class DelayWatch:
         self._least_at_s = now_s
         if stood_still or high_s < self._steady.offset_s:
             self._steady.set(high_s, now_s)
+        return stood_still
+
+    @property
+    def bounded_now(self) -> bool:
+        """Answers to questions tell a late link from a sender that was paused."""
+        return self._least_s is not None
 
     def _bound(self, now_s: float) -> float:
         if self._least_s is None or now_s - self._least_at_s > BOUND_KEPT_S:

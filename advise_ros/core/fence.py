@@ -23,6 +23,12 @@ Line = tuple[Point, float]
 TOUCHING_M = 1e-9
 # Slowing down for one edge may turn the velocity toward another; after these rounds it is shortened as a whole.
 ROUNDS = 4
+# Edges that push a point to either side with less than this share of a margin balance each other.
+BALANCED = 0.05
+# A place inside is looked for in steps of a margin's part, this many at most.
+STEPS, LONGEST_WAY = 8, 200
+# A fence around a grid keeps this far from the ground (altitude 0), or from half the grid's altitude if that is lower.
+CLEARANCE_M = 1.0
 FORM = "corners in metres east and north, e.g. '-1,-1 11,-1 11,11 -1,11'"
 
 
@@ -52,11 +58,14 @@ def box(low_enu_m: Vector, high_enu_m: Vector) -> Fence:
 
 
 def fence_around(grid: Grid, margin_m: float, altitude_band_m: float) -> Fence:
-    """The grid's rectangle grown by a margin, and a band around its altitude."""
+    """The grid's rectangle grown by a margin, and a band around its altitude that does not reach the ground."""
     west, south = grid.origin_enu_m
     east, north = west + grid.width * grid.resolution_m, south + grid.height * grid.resolution_m
+    low = grid.altitude_m - altitude_band_m
+    if grid.altitude_m > 0.0:
+        low = max(low, min(CLEARANCE_M, grid.altitude_m / 2.0))
     return box(
-        (west - margin_m, south - margin_m, grid.altitude_m - altitude_band_m),
+        (west - margin_m, south - margin_m, low),
         (east + margin_m, north + margin_m, grid.altitude_m + altitude_band_m),
     )
 
@@ -189,12 +198,49 @@ def _normal(edge: Edge) -> Point:
     return (y1 - y0) / length, (x0 - x1) / length
 
 
+def way_deeper(at: Point, fence: Fence, margin_m: float) -> Point | None:
+    """Unit vector away from all edges that are nearer than a margin; None where it has that, or can have no more.
+
+    `at` is inside. Where edges face each other within twice the margin the middle between them is enough.
+    """
+    near = [(outward, margin_m - distance) for outward, distance in _lines(fence, at) if distance < margin_m]
+    east = -sum(outward[0] * lacking for outward, lacking in near)
+    north = -sum(outward[1] * lacking for outward, lacking in near)
+    size = math.hypot(east, north)
+    return None if size <= BALANCED * margin_m else (east / size, north / size)
+
+
+def place_inside(at: Point, fence: Fence, margin_m: float) -> Point:
+    """The nearest place inside that is a margin off all edges, or as far as it can be. `at` is outside.
+
+    From the nearest point of the fence it leads away from all that is near: out of a sharp corner along its bisector.
+    """
+    place = _nearest_of(at, fence)
+    for _ in range(LONGEST_WAY):
+        deeper = way_deeper(place, fence, margin_m)
+        if deeper is None:
+            break
+        place = place[0] + margin_m / STEPS * deeper[0], place[1] + margin_m / STEPS * deeper[1]
+    return place
+
+
+def toward(place: Point, at: Point, fence: Fence, speed_m_s: float, braking: Braking) -> Point:
+    """The velocity from a point outside to a place inside, so slow that it does not leave again behind it."""
+    size = math.dist(place, at)
+    velocity = speed_m_s * (place[0] - at[0]) / size, speed_m_s * (place[1] - at[1]) / size
+    return _shortened(velocity, _lines(fence, place), braking)
+
+
+def _nearest_of(at: Point, fence: Fence) -> Point:
+    return min((nearest(edge, at) for edge in fence.edges), key=lambda point: math.dist(point, at))
+
+
 def back_in(velocity: Point, at: Point, fence: Fence, braking: Braking) -> Point:
     """The part of a velocity that leads straight back to the fence, or along the bisector of the corner next to it.
 
     It is so slow that the vehicle does not leave again by another edge. `at` is outside.
     """
-    near = min((nearest(edge, at) for edge in fence.edges), key=lambda point: math.dist(point, at))
+    near = _nearest_of(at, fence)
     touching = [_normal(edge) for edge in fence.edges if math.dist(nearest(edge, near), near) <= TOUCHING_M]
     out = sum(normal[0] for normal in touching), sum(normal[1] for normal in touching)
     size = math.hypot(*out)

@@ -99,7 +99,7 @@ def check(command: Command | None, position: Position | None, limits: Limits) ->
 
 def doubt_of(command: Command | None, position: Position | None, limits: Limits) -> str:
     """Why nothing may be flown, or ''."""
-    return _command_doubt(command, limits) or _pose_doubt(position, limits)
+    return _command_doubt(command, limits) or pose_doubt(position, limits)
 
 
 def _command_doubt(command: Command | None, limits: Limits) -> str:
@@ -116,7 +116,8 @@ def _command_doubt(command: Command | None, limits: Limits) -> str:
     return ''
 
 
-def _pose_doubt(position: Position | None, limits: Limits) -> str:
+def pose_doubt(position: Position | None, limits: Limits) -> str:
+    """Why a position is not to be flown by, or ''."""
     if position is None:
         return 'no pose yet'
     if position.frame_id != MAP_FRAME:

@@ -18,6 +18,7 @@ from advise_ros.core.guard_monitor import GuardMonitor, MonitorSettings
 from advise_ros.recording.gridfile import load_grid
 from advise_ros.ros import diagnostics, parameters, qos, run
 from advise_ros.ros.arrival import ArrivalWatch
+from advise_ros.ros.change_log import LASTING_S, ChangeLog
 from advise_ros.ros.convert import MAP_FRAME, stamp_to_ns
 from advise_ros.ros.deadline import Deadline
 from advise_ros.ros.flying import velocity_command
@@ -70,14 +71,16 @@ def _fence_of(config: ChecksConfig, grid: Grid | None) -> Fence | None:
     return Fence(corners, config.fence_low_m, config.fence_high_m)
 
 
-def monitor_of(config: ChecksConfig, limits: guard.Limits) -> GuardMonitor:
-    """The guard with its memory."""
-    return GuardMonitor(limits, MonitorSettings(config.max_acceleration_m_s2, config.jump_m, config.latch))
+def monitor_of(config: ChecksConfig, limits: guard.Limits, *, lifts: bool = False) -> GuardMonitor:
+    """The guard with its memory; `lifts`: it only commands a vehicle that is in the air."""
+    return GuardMonitor(limits, MonitorSettings(
+        config.max_acceleration_m_s2, config.jump_m, config.latch, config.vehicle_delay_s, config.return_inside, lifts,
+    ))
 
 
-def renewed(monitor: GuardMonitor, config: ChecksConfig, limits: guard.Limits) -> GuardMonitor:
+def renewed(monitor: GuardMonitor, config: ChecksConfig, limits: guard.Limits, *, lifts: bool = False) -> GuardMonitor:
     """A guard that has heard nothing yet; a stop holds on."""
-    fresh = monitor_of(config, limits)
+    fresh = monitor_of(config, limits, lifts=lifts)
     fresh.latched = monitor.latched
     return fresh
 
@@ -87,6 +90,19 @@ def put_command(monitor: GuardMonitor, message: TwistStamped, now_s: float, now_
     linear = message.twist.linear
     command = guard.Command((linear.x, linear.y, linear.z), message.header.frame_id, 0.0, message.twist.angular.z)
     monitor.command(command, now_s, stamp_ns=stamp_to_ns(message.header.stamp), now_ns=now_ns)
+
+
+def note_condition(log: ChangeLog, monitor: GuardMonitor, reason: str, now_s: float) -> bool:
+    """Log what begins and ends by the last verdict; returns whether it is worth a warning.
+
+    What is limited for a moment belongs to every flight.
+    """
+    log.note('the stop', reason if monitor.condition == 'stop' else '', now_s)
+    log.note('the doubt', reason if monitor.condition == 'doubt' else '', now_s)
+    log.note('the return inside the fence', reason if monitor.condition == 'return' else '', now_s)
+    log.note('the silence', reason if monitor.condition == 'silence' else '', now_s, calm=True)
+    limited = log.note('the limit', reason if monitor.condition == 'limited' else '', now_s, lasting_s=LASTING_S)
+    return limited or monitor.condition not in ('', 'limited')
 
 
 def answer_stop(monitor: GuardMonitor, response: Trigger.Response) -> Trigger.Response:
@@ -108,9 +124,10 @@ class Guard(ManagedNode):
 
     Takes `cmd_vel` (TwistStamped, frame map) and `pose` (PoseStamped, frame map or `pose_frame`), and publishes
     what may be flown on `guard/cmd_vel`: at once for each command, and steadily, so that a stale command
-    becomes zero velocity. Before the first command nothing is published. `guard/pose` is the pose in frame
+    becomes zero velocity. Outside the fence it brings the vehicle back in (`return_inside`), down but never up, as
+    it does not know whether the vehicle flies. Before the first command nothing is published. `guard/pose` is the pose in frame
     map. What it changes and why stands in /diagnostics. `guard/stop` stops the vehicle until `guard/release`;
-    with `latch` each doubt does (std_srvs/Trigger).
+    with `latch` each doubt does (std_srvs/Trigger). A stopped vehicle stands still, outside the fence too.
 
     A managed node: while it is inactive each command becomes zero velocity.
 
@@ -125,7 +142,7 @@ class Guard(ManagedNode):
         self.config = parameters.load(self, GuardConfig)
         self._limits = guard.Limits()
         self._monitor = monitor_of(self.config, self._limits)
-        self._arrivals = ArrivalWatch()
+        self._arrivals, self._changes = ArrivalWatch(), ChangeLog(self.get_logger())
         self._commanded = False
         self.diagnostics.meter('pose', 'cmd_vel')
         self._checked = self.create_publisher(TwistStamped, 'guard/cmd_vel', qos.COMMAND)
@@ -179,21 +196,29 @@ class Guard(ManagedNode):
 
     def _publish(self) -> None:
         """What may be flown now; nothing before the first command, zero velocity before the first while active."""
-        verdict = self._monitor.verdict(time.monotonic())
+        now_s = time.monotonic()
+        verdict = self._monitor.verdict(now_s) if self._commanded and self.active else None
         if verdict is not None:
             self._pass_on(verdict.velocity_enu_m_s, verdict.yaw_rate_rad_s)
         elif self._commanded:
             self._pass_on(guard.ZERO, 0.0)
-        self._say('waiting for cmd_vel' if verdict is None else verdict.reason)
+        warns = note_condition(self._changes, self._monitor, '' if verdict is None else verdict.reason, now_s)
+        reason = verdict.reason if verdict is not None else self._stopped or 'waiting for cmd_vel'
+        self._say(reason, warns=warns or verdict is None)
+
+    @property
+    def _stopped(self) -> str:
+        return f'stopped until released: {self._monitor.latched}' if self._monitor.latched else ''
 
     def _pass_on(self, velocity_enu_m_s: guard.Vector, yaw_rate_rad_s: float) -> None:
         message = velocity_command(velocity_enu_m_s, self.get_clock().now().nanoseconds)
         message.twist.angular.z = yaw_rate_rad_s
         self._checked.publish(message)
 
-    def _say(self, reason: str) -> None:
-        sentences = [text for text in (reason, '' if self._limits.fence else FENCE_OFF) if text]
-        self.diagnostics.set(diagnostics.WARN if sentences else diagnostics.OK, '; '.join(sentences) or 'commands pass')
+    def _say(self, reason: str, *, warns: bool) -> None:
+        fence = '' if self._limits.fence else FENCE_OFF
+        sentence = '; '.join(text for text in (reason, fence) if text)
+        self.diagnostics.set(diagnostics.WARN if warns or fence else diagnostics.OK, sentence or 'commands pass')
 
 
 def main() -> None:

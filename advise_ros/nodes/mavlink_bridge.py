@@ -70,7 +70,7 @@ class MavlinkBridge(ManagedNode):
         super().__init__('mavlink_bridge')
         self.config = parameters.load(self, MavlinkBridgeConfig)
         self._limits = guard.Limits()
-        self._monitor = monitor_of(self.config, self._limits)
+        self._monitor = monitor_of(self.config, self._limits, lifts=True)
         self._altitude_m = 0.0
         self._companion = Companion(self._settings())
         self._link: Link | None = None
@@ -109,7 +109,7 @@ class MavlinkBridge(ManagedNode):
     def open_up(self) -> None:
         grid = load_grid_of(self.config)
         self._limits = limits_of(self.config, grid)
-        self._monitor = renewed(self._monitor, self.config, self._limits)
+        self._monitor = renewed(self._monitor, self.config, self._limits, lifts=True)
         self._altitude_m = self.config.takeoff_altitude_m or (grid.altitude_m if grid else 0.0)
         self._companion = Companion(self._settings())
         self._companion.rest(f'{self.get_fully_qualified_name()} is inactive', time.monotonic())
@@ -170,6 +170,7 @@ class MavlinkBridge(ManagedNode):
         self._clocks.take(received.message)
         if self._companion.timesync.bounds is not bounds and self._companion.timesync.bounds is not None:
             self._teller.stamper.bounded(self._companion.timesync.bounds, received.at_s)
+            self._monitor.clock_bounds(*self._companion.timesync.bounds, received.at_s)
         if vehicle.motion is not motion and vehicle.motion is not None:
             boot_ns = vehicle.motion.time_boot_ms * NS_PER_MS
             self._monitor.pose(vehicle.motion.position_enu_m, MAP_FRAME, vehicle.motion.at_s, stamp_ns=boot_ns)
@@ -201,6 +202,9 @@ class MavlinkBridge(ManagedNode):
             self._link.start()
         now_s = time.monotonic()
         self._step(self._link, now_s)
+        round_trip_s = self._companion.timesync.round_trip_s(now_s)
+        if round_trip_s is not None:
+            self._monitor.round_trip(round_trip_s)
         self._command(now_s)
         self._diagnose(self._link)
 

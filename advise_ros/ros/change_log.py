@@ -49,8 +49,11 @@ class ChangeLog:
         self._to = logger
         self._conditions: dict[str, Condition] = {}
 
-    def note(self, name: str, sentence: str, now_s: float, *, lasting_s: float = 0.0, calm: bool = False) -> None:
+    def note(self, name: str, sentence: str, now_s: float, *, lasting_s: float = 0.0, calm: bool = False) -> bool:
         """Log a condition that begins or changes by its sentence, and its end.
+
+        Returns:
+            Whether it is there and was logged, so that it may be shown as a warning without flicker.
 
         Args:
             name: of the condition, as its end is logged: 'NAME is over after 3.2 s'.
@@ -64,7 +67,8 @@ class ChangeLog:
         elif condition.since_s < math.inf and now_s - condition.seen_s >= QUIET_S:
             if condition.logged:
                 self._to.info(f'{name} is over after {condition.seen_s - condition.since_s:.1f} s')
-            self._conditions[name] = Condition()
+            self._conditions[name] = condition = Condition()
+        return bool(condition.logged)
 
     def _begin(self, condition: Condition, sentence: str, now_s: float, lasting_s: float, *, calm: bool) -> None:
         condition.since_s = min(condition.since_s, now_s)

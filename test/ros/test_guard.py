@@ -34,6 +34,9 @@ class Pilot:
         self._poses.publish(at)
         self._commands.publish(command)
 
+    def drift(self, at: PoseStamped) -> None:
+        self._poses.publish(at)
+
     def until(self, at: PoseStamped, command: TwistStamped, wanted: tuple[float, float, float]) -> None:
         """Repeat until the guard lets exactly `wanted` through."""
         def seen() -> bool:
@@ -72,6 +75,30 @@ def test_passes_limits_refuses_and_stops_when_the_pilot_falls_silent(graph: Grap
     graph.wait_until(lambda: as_tuple(pilot.flown[-1]) == (0.0, 0.0, 0.0), what='zero after silence')
     said(graph, 'command older than 0.5 s')
     assert pilot.process.terminate() == 0
+
+
+def test_outside_the_fence_it_brings_the_vehicle_back_when_the_pilot_is_gone_and_logs_it_once(graph: Graph) -> None:
+    pilot = Pilot(graph, grid_file=GRID)
+    for east in (10.0, 11.0, 12.5):  # It is carried out; the fence is at 12 m.
+        pilot.until(pose(east, 5.0, 5.0), velocity(-1.0, 0.0), (-1.0, 0.0, 0.0))
+
+    def brought(east: float, wanted: tuple[float, float, float]) -> None:
+        def seen() -> bool:
+            pilot.drift(pose(east, 5.0, 5.0))
+            return as_tuple(pilot.flown[-1]) == pytest.approx(wanted)
+
+        graph.wait_until(seen, what=f'{wanted} without a command')
+
+    brought(12.5, (-0.5, 0.0, 0.0))
+    said(graph, 'outside the fence (0.5 m in plan): it is brought back inside')
+    brought(11.4, (0.0, 0.0, 0.0))
+    said(graph, 'command older than 0.5 s')
+    assert graph.call(Trigger, 'guard/stop').success
+    brought(12.5, (0.0, 0.0, 0.0))
+    said(graph, 'stopped until released: somebody asked for it')
+    graph.wait_until(lambda: 'stopped until released' in pilot.process.text, what='the log of the stop')
+    for words in ('it is brought back inside', 'the return inside the fence is over after', 'guard]: stopped until released'):
+        assert pilot.process.text.count(words) == 1, pilot.process.text
 
 
 def test_without_a_fence_it_flies_only_when_asked_to_and_says_so(graph: Graph) -> None:
