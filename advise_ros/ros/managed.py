@@ -90,6 +90,7 @@ class ManagedNode(LifecycleNode):
                 raise self._problem or InputError(f'{self.why_idle} could not be carried out')
 
     def _enter(self, state: str) -> None:
+        self.get_logger().info(f'it is {state}')
         self.state = self.diagnostics.state = state
         self.diagnostics.idle = self.why_idle
         self.diagnostics.set(OK if self.active else WARN, 'starting')

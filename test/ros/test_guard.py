@@ -93,10 +93,19 @@ def test_outside_the_fence_it_brings_the_vehicle_back_when_the_pilot_is_gone_and
     said(graph, 'outside the fence (0.5 m in plan): it is brought back inside')
     brought(11.4, (0.0, 0.0, 0.0))
     said(graph, 'command older than 0.5 s')
+
+    def logged(words: str) -> None:
+        def seen() -> bool:
+            pilot.drift(pose(11.4, 5.0, 5.0))
+            return words in pilot.process.text
+
+        graph.wait_until(seen, what=f"'{words}' in the log")
+
+    logged('the return inside the fence is over after')
     assert graph.call(Trigger, 'guard/stop').success
     brought(12.5, (0.0, 0.0, 0.0))
     said(graph, 'stopped until released: somebody asked for it')
-    graph.wait_until(lambda: 'stopped until released' in pilot.process.text, what='the log of the stop')
+    logged('stopped until released')
     for words in ('it is brought back inside', 'the return inside the fence is over after', 'guard]: stopped until released'):
         assert pilot.process.text.count(words) == 1, pilot.process.text
 
