@@ -112,3 +112,10 @@ def test_a_vehicle_that_brakes_as_promised_never_leaves_the_fence(
 def test_who_means_to_leave_in_gusts_and_over_failing_links_stays_within_the_documented_bound(number: int) -> None:
     """The short form of benchmarks/guard_episodes.py."""
     assert episode(1, number).fly(20.0) <= BOUND_M
+
+
+@pytest.mark.parametrize('number', range(48))
+def test_with_drift_jumps_and_links_that_are_late_by_up_to_ten_seconds_the_bound_holds_too(number: int) -> None:
+    """The short form of benchmarks/guard_episodes.py --troubled."""
+    flight = episode(1, number, troubled=True)
+    assert flight.fly(40.0) <= flight.bound_m

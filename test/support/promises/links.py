@@ -20,11 +20,12 @@ CUTS_S = (0.1, 30.0)
 CUTS_A_BAD_ONE, BAD_S = 10, 20.0
 # What a setpoint is sent for: a pose by way of the policy, a tick of the guard, a tick of the bridge.
 POSES_HZ, GUARD_HZ, BRIDGE_HZ = 20.0, 20.0, 20.0
+# Positions that are later than pose_timeout_s (0.5 s) are flown by nowhere; these are not.
 BAD = {
     '30 % lost': Wire(loss=0.3),
-    '0.5 s late': Wire(delay_s=0.5),
+    '0.3 s late': Wire(delay_s=0.3),
     'reordered': Wire(jitter_s=0.15),
-    '30 % lost, 0.5 s late, reordered': Wire(loss=0.3, delay_s=0.4, jitter_s=0.2),
+    '30 % lost, 0.3 s late, reordered': Wire(loss=0.3, delay_s=0.2, jitter_s=0.15),
 }
 # While nothing is heard the vehicle flies its last setpoint for the autopilot's time-out, at most 1 m/s here.
 FENCE_LIMIT_M = 1.0
