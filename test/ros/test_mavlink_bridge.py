@@ -225,6 +225,28 @@ def test_flies_the_simulator_over_tcp_at_ten_times_real_time(graph: Graph, free_
     assert all(p.header.stamp.nanosec % 25_000_000 == 0 for p in poses)  # The simulator's own ticks.
 
 
+def test_who_takes_off_outside_the_fence_is_brought_inside_without_a_command(graph: Graph, free_udp_port: int) -> None:
+    graph.start('simulator', params={
+        'endpoint': f'udpout:127.0.0.1:{free_udp_port}', 'speedup': 4.0, 'ready_after_s': 1.0, 'start_east_m': 14.0,
+        'start_north_m': 5.0,
+    })
+    graph.start('mavlink_bridge', params={
+        'url': f'udpin:127.0.0.1:{free_udp_port}', 'grid_file': GRID, 'use_sim_time': True,
+    })
+    poses = graph.listen('pose', PoseStamped, qos.SENSOR_DEEP)
+    wait_status(graph, lambda s: s.ready)
+    assert graph.call(Trigger, 'mavlink_bridge/takeoff').success
+    said(graph, 'm in plan): it is brought back inside')
+    graph.wait_until(lambda: poses[-1].pose.position.x < 11.7, what='a vehicle inside the fence')
+
+    def stands() -> bool:
+        return abs(poses[-1].pose.position.x - poses[-40].pose.position.x) < 0.05
+
+    graph.wait_until(stands, what='a vehicle that stands')
+    assert 10.5 < poses[-1].pose.position.x < 11.8
+    assert abs(poses[-1].pose.position.y - 5.0) < 0.3
+
+
 def test_flies_a_simulated_px4_over_a_signed_link_and_is_stopped_and_taken(
     graph: Graph, free_udp_port: int, tmp_path: Path,
 ) -> None:
