@@ -30,7 +30,7 @@ GRID = str(Path(__file__).parents[2] / 'config' / 'grid_6x6.yaml')
 
 def start(graph: Graph, port: int, **params: object) -> Process:
     url = f'udpin:127.0.0.1:{port}'
-    altitude = {'fence': 'off', 'takeoff_altitude_m': 3.0}
+    altitude = {'takeoff_altitude_m': 3.0, 'fence': 'auto' if 'grid_file' in params else 'off'}
     return graph.start('mavlink_bridge', params={'url': url, 'heartbeat_timeout_s': 1.0, **altitude, **params})
 
 
