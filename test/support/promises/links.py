@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from advise_ros.core.fence import Fence, fence_around
+from support.delays import Delay, growing, stalling, steady
 from support.lossy_proxy import GOOD, Wire
 from support.promises.book import Book, Measure
 from support.promises.deaths import BRAKING_S, RECOVERY_LIMIT_S, ZERO_LIMIT_S
@@ -27,6 +28,14 @@ BAD = {
     'reordered': Wire(jitter_s=0.15),
     '30 % lost, 0.3 s late, reordered': Wire(loss=0.3, delay_s=0.2, jitter_s=0.15),
 }
+# In order, nothing lost, by direction: 'up' from the vehicle, 'down' to it. A delay is given as long as it needs to show.
+LATE: dict[str, dict[str, Delay]] = {
+    'positions 2 s late': {'up': steady(2.0)},
+    'commands 2 s late': {'down': steady(2.0)},
+    'both later and later, to 10 s': {'up': growing(1.0, 10.0), 'down': growing(1.0, 10.0)},
+    'positions stall for 3 s of 5': {'up': stalling(5.0, 3.0)},
+}
+LATE_S = 25.0
 # While nothing is heard the vehicle flies its last setpoint for the autopilot's time-out, at most 1 m/s here.
 FENCE_LIMIT_M = 1.0
 
@@ -39,6 +48,8 @@ def run(folder: Path, rng: np.random.Generator, book: Book, autopilot: str) -> N
             if number % CUTS_A_BAD_ONE == 0:
                 for trouble in BAD:
                     disturb(rig, book, trouble, BAD_S)
+                for trouble in LATE:
+                    delay(rig, book, trouble, LATE_S)
 
 
 # -- cut -------------------------------------------------------------------------------------
@@ -93,6 +104,26 @@ def disturb(rig: Rig, book: Book, trouble: str, seconds: float) -> None:
     book.add(
         Measure('the fence', bad, 'metres outside', outside_m, FENCE_LIMIT_M, timed=False),
         Measure('zero velocity', killed, 'seconds until it is commanded', zero_s, ZERO_LIMIT_S),
+    )
+
+
+def delay(rig: Rig, book: Book, trouble: str, seconds: float) -> None:
+    """Fly while the links become late; nothing but the fence is promised, and that it flies again."""
+    rig.fly()
+    at_s = time.monotonic()
+    for direction, later in LATE[trouble].items():
+        rig.proxy.delay(direction, later)
+    while time.monotonic() < at_s + seconds:
+        time.sleep(0.2)
+    outside_m = _furthest(rig, fence_around(rig.grid, 1.0, 3.0), at_s)
+    for direction in LATE[trouble]:
+        rig.proxy.delay(direction, steady(0.0))
+    began_s = time.monotonic()
+    rig.fly()
+    late = rig.with_autopilot(f'radio: {trouble}')
+    book.add(
+        Measure('the fence', late, 'metres outside', outside_m, FENCE_LIMIT_M, timed=False),
+        Measure('recovery', late, 'seconds until it flies again', time.monotonic() - began_s, RECOVERY_LIMIT_S),
     )
 
 

@@ -11,11 +11,11 @@ from support.promises.book import Book
 from support.promises.deaths import Loss
 from support.promises.rig import Settings, flying
 
-CUT_S, BAD_S = 4.0, 2.0
+CUT_S, BAD_S, LATE_S = 4.0, 2.0, 6.0
 
 
 def with_ardupilot(folder: Path, rng: np.random.Generator, book: Book) -> None:
-    """Two nodes killed, the clocks set, and a bad radio, each once a round."""
+    """Two nodes killed, the clocks set, a bad radio and a late one, each once a round."""
     watches = clocks.Clocks(folder)
     try:
         with flying(folder, rng, Settings(env=watches.env)) as rig:
@@ -23,6 +23,7 @@ def with_ardupilot(folder: Path, rng: np.random.Generator, book: Book) -> None:
                 deaths.take_away(rig, book, Loss('recorder', 'killed'), Loss('policy', 'killed'))
                 clocks.set_them(rig, book, watches)
                 links.disturb(rig, book, list(links.BAD)[-1], BAD_S)
+                links.delay(rig, book, next(iter(links.LATE)), LATE_S)
     finally:
         watches.close()
 
