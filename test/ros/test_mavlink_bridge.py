@@ -227,11 +227,11 @@ def test_flies_the_simulator_over_tcp_at_ten_times_real_time(graph: Graph, free_
 
 def test_who_takes_off_outside_the_fence_is_brought_inside_without_a_command(graph: Graph, free_udp_port: int) -> None:
     graph.start('simulator', params={
-        'endpoint': f'udpout:127.0.0.1:{free_udp_port}', 'speedup': 4.0, 'ready_after_s': 1.0, 'start_east_m': 14.0,
-        'start_north_m': 5.0,
+        'endpoint': f'udpout:127.0.0.1:{free_udp_port}', 'ready_after_s': 1.0, 'publish_clock': False,
+        'start_east_m': 14.0, 'start_north_m': 5.0,
     })
     graph.start('mavlink_bridge', params={
-        'url': f'udpin:127.0.0.1:{free_udp_port}', 'grid_file': GRID, 'use_sim_time': True,
+        'url': f'udpin:127.0.0.1:{free_udp_port}', 'grid_file': GRID,
     })
     poses = graph.listen('pose', PoseStamped, qos.SENSOR_DEEP)
     wait_status(graph, lambda s: s.ready)
