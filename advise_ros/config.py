@@ -261,7 +261,8 @@ class ChecksConfig:
     fence_high_m: float = param(0.0, 'highest altitude of the fence; not above fence_low_m: the band counts', low=-1e3, high=1e4)
     braking_m_s2: float = param(2.0, 'deceleration assumed when stopping before the fence', low=0.1, high=50.0)
     vehicle_delay_s: float = param(
-        0.2, 'delay of a position on its way here and of a command to its effect together, for the fence', low=0.0, high=5.0,
+        0.2, 'delay of a position on its way here and of a command to its effect together, for the fence; of a slow link: '
+        'its round trip', low=0.0, high=5.0,
     )
     command_timeout_s: float = param(0.5, 'an older command becomes zero velocity (steady time)', low=0.05, high=60.0)
     pose_timeout_s: float = param(0.5, 'an older pose makes zero velocity (steady time)', low=0.05, high=60.0)

@@ -25,6 +25,7 @@ LONGEST_STAMPED_S = 5.0
 # A vehicle that stands by velocity drifts this fast; while news and commands are late, the fence is as much nearer.
 DRIFT_M_S = 0.3
 PAUSED = 'if the autopilot was paused: release'
+SLOW = 'if that is how slow the link is: raise vehicle_delay_s'
 NOT_BROUGHT = 'it is not brought back inside, as {}: fly it back, or release'
 # Positions and commands that are later together than this bring nothing back inside.
 LATEST_S = 25.0
@@ -224,7 +225,8 @@ class GuardMonitor:
         """Why positions that arrive are of long ago, or ''."""
         if self._late_s <= self._given.pose_timeout_s:
             return ''
-        return f'it came {self._late_s:.1f} s late ({PAUSED})'
+        remedy = SLOW if self._delays.bounded_now else PAUSED
+        return f'it came {self._late_s:.1f} s late ({remedy})'
 
     # -- the way back inside -----------------------------------------------------------------
     def _way_back(self, position: Position | None, limits: Limits, now_s: float) -> Vector | None:
