@@ -1,41 +1,51 @@
-"""What is right with an autopilot before a flight, what is not, and how to set it. Arms nothing, sets nothing."""
+"""What is right with an autopilot before a flight, what is not, and how to set it. Arms and moves nothing.
+
+Without --apply or --undo nothing is changed.
+"""
 
 from __future__ import annotations
 
 import argparse
 import math
+import signal
 import sys
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
+from pathlib import Path
 
+from advise_ros.commands import old_parameters
+from advise_ros.commands.checked_vehicle import COMPONENT_ID, CheckedVehicle
+from advise_ros.commands.old_parameters import Kept, OldParameters
+from advise_ros.config import ChecksConfig
 from advise_ros.core.errors import AdviseError, InputError
 from advise_ros.core.fence import fence_around
 from advise_ros.exits import INTERRUPTED, OK, VERDICT_NO, fail
-from advise_ros.mavlink import messages as mav
-from advise_ros.mavlink.companion import Companion, Settings, Status
+from advise_ros.mavlink import preflight
+from advise_ros.mavlink.findings import Change, Finding, Level, Room, advice, right, wrong
 from advise_ros.mavlink.link import Link
-from advise_ros.mavlink.preflight import OPTIONAL, PARAMETERS, Finding, Level, Room, parameter_findings, state_findings
-from advise_ros.mavlink.readings import Readings
+from advise_ros.mavlink.parameter_values import as_carried
 from advise_ros.mavlink.signing import optional_key
+from advise_ros.mavlink.writings import Writings
 from advise_ros.recording.gridfile import load_grid
 
-RIGHT, WRONG = OK, VERDICT_NO
-# Beside the bridge (191) and the recorder (192).
-COMPONENT_ID = 193
-TURN_S = 0.05
-# Texts of the pre-arm checks come within this.
-LISTEN_S = 2.0
 EPILOG = """examples:
   ./advise fly_check udpin:127.0.0.1:14550
-  ./advise fly_check tcp:127.0.0.1:5760 --grid config/grid_6x6.yaml     does the vehicle's own fence leave room for it?
+  ./advise fly_check tcp:127.0.0.1:5760 --grid config/grid_6x6.yaml     does the vehicle's own fence leave room for ours?
   ./advise fly_check /dev/ttyACM0 --baud 57600 --wait 60 --signing-key key
+  ./advise fly_check udpin:127.0.0.1:14540 --grid my_grid.yaml --apply  write what it recommends, once you say yes
+  ./advise fly_check udpin:127.0.0.1:14540 --undo fly_check-px4-1-20261127-154500.json
+
+--apply lists each parameter with its old value, its new one and the reason, asks, saves the old values to a file, writes,
+reads back and checks again. It refuses while the vehicle is armed or in the air. None of what it writes needs a reboot.
 
 Next: when nothing is wrong, ./advise mavlink_bridge --ros-args -p url:=udpin:127.0.0.1:14550 -p grid_file:=config/grid_6x6.yaml
 
-exit code: 0 nothing is wrong, 1 something is, 2 wrong usage or no autopilot heard; 130 interrupted"""
+exit code: 0 nothing is wrong (any more), 1 something is, or was not written, 2 wrong usage, no autopilot heard, or
+writing refused; 130 interrupted"""
 
 
 def main() -> None:
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # An interrupted --apply says how far it came.
     sys.exit(run(sys.argv[1:]))
 
 
@@ -43,9 +53,13 @@ def run(argv: Sequence[str]) -> int:
     """The command with its arguments; returns the exit code."""
     options = _parser().parse_args(argv)
     try:
-        if not 0 < options.wait < math.inf:
-            raise InputError(f'--wait is {options.wait:g}; it must be a number of seconds above 0')
-        return _report(Check(options).findings())
+        _check_usage(options)
+        undone = old_parameters.load(Path(options.undo)) if options.undo else None
+        check = Check(options)
+        try:
+            return check.undo(undone) if undone is not None else check.run()
+        finally:
+            check.close()
     except AdviseError as problem:
         return fail(str(problem))
     except KeyboardInterrupt:
@@ -56,31 +70,45 @@ def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog='fly_check', description=__doc__, epilog=EPILOG, formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument('url', help='udpin:HOST:PORT, udpout:HOST:PORT, tcp:HOST:PORT, tcpin:HOST:PORT or a serial device')
-    parser.add_argument('--baud', type=int, default=115200, metavar='N', help='of a serial device (default %(default)s)')
-    parser.add_argument('--grid', default='', metavar='FILE', help='YAML file with the grid that is to be flown')
-    parser.add_argument('--signing-key', default='', metavar='FILE', help='key file of MAVLink 2 signing')
-    parser.add_argument('--wait', type=float, default=15.0, metavar='S', help='longest wait for readiness (default %(default)s)')
+    add = parser.add_argument
+    add('url', help='udpin:HOST:PORT, udpout:HOST:PORT, tcp:HOST:PORT, tcpin:HOST:PORT or a serial device')
+    add('--baud', type=int, default=115200, metavar='N', help='of a serial device (default %(default)s)')
+    add('--grid', default='', metavar='FILE', help='YAML file with the grid that is to be flown')
+    add('--fence-margin', type=float, default=ChecksConfig.fence_margin_m, metavar='M',
+        help="the bridge's fence_margin_m, for our own fence around the grid (default %(default)s)")
+    add('--max-speed', type=float, default=ChecksConfig.max_speed_m_s, metavar='V',
+        help="the bridge's max_speed_m_s (default %(default)s)")
+    add('--signing-key', default='', metavar='FILE', help='key file of MAVLink 2 signing')
+    add('--wait', type=float, default=15.0, metavar='S', help='longest wait for readiness (default %(default)s)')
+    change = parser.add_mutually_exclusive_group()
+    change.add_argument('--apply', action='store_true', help='write what is recommended, after asking')
+    change.add_argument('--undo', default='', metavar='FILE', help='put the values of such a file back, after asking')
+    add('--yes', action='store_true', help='do not ask (for scripts)')
+    add('--save', default='', metavar='FILE', help='where --apply and --undo save what they replace (default: a new file here)')
     return parser
 
 
-def _report(findings: list[Finding]) -> int:
-    for finding in findings:
-        print(f'{finding.level.value:8}{finding.what}' + (f'\n        -> {finding.remedy}' if finding.remedy else ''))
-    wrong = sum(finding.level is Level.WRONG for finding in findings)
-    print(f'\n{wrong} of {len(findings)} findings are wrong' if wrong else '\nnothing is wrong')
-    return WRONG if wrong else RIGHT
+def _check_usage(options: argparse.Namespace) -> None:
+    for name, value in (('wait', options.wait), ('max-speed', options.max_speed)):
+        if not 0 < value < math.inf:
+            raise InputError(f'--{name} is {value:g}; it must be a number above 0')
+    if not 0 <= options.fence_margin < math.inf:
+        raise InputError(f'--fence-margin is {options.fence_margin:g}; it must be a number of metres from 0')
+    if (options.apply or options.undo) and not options.yes and not sys.stdin.isatty():
+        what = '--apply' if options.apply else '--undo'
+        raise InputError(f'{what} asks before it writes, and there is no terminal to answer at; give --yes to let it write')
 
 
-def _room(grid_file: str) -> Room | None:
-    if not grid_file:
+def _room(options: argparse.Namespace) -> Room | None:
+    if not options.grid:
         return None
-    fence = fence_around(load_grid(grid_file), 0.0, 0.0)
-    return Room(max(math.hypot(*corner) for corner in fence.corners_enu_m), fence.high_m)
+    fence = fence_around(load_grid(options.grid), options.fence_margin, ChecksConfig.altitude_band_m)
+    reach_m = max(math.hypot(*corner) for corner in fence.corners_enu_m)
+    return Room(reach_m, fence.high_m, options.max_speed, ChecksConfig.braking_m_s2)
 
 
 class Check:
-    """One look at one autopilot.
+    """One look at one autopilot, and what is changed on it.
 
     Raises:
         InputError: the grid, the key or the link is wrong.
@@ -88,93 +116,167 @@ class Check:
 
     def __init__(self, options: argparse.Namespace) -> None:
         self._options = options
-        self._room = _room(options.grid)
-        self._signed = bool(options.signing_key)
+        self._room = _room(options)
         self._link = Link(options.url, baud=options.baud, component_id=COMPONENT_ID, key=optional_key(options.signing_key))
-        self._companion = Companion(Settings(component_id=COMPONENT_ID))
-        self._readings: Readings | None = None
-        self._texts: list[str] = []
+        self._vehicle = CheckedVehicle(self._link, options.wait)
+        self._link.start()
 
-    def findings(self) -> list[Finding]:
-        """The whole check.
+    def close(self) -> None:
+        """Give the port back."""
+        self._link.close()
+
+    def run(self) -> int:
+        """Look, report, and with `--apply` write what is recommended.
 
         Raises:
-            AdviseError: no autopilot is heard.
+            AdviseError: no autopilot is heard, or nothing may be written now.
         """
-        self._link.start()
-        try:
-            return self._look()
-        finally:
-            self._link.close()
+        self._vehicle.look()
+        findings = self._findings()
+        recommended = preflight.changes(findings)
+        _print(findings)
+        if self._options.apply and recommended:
+            return self._write(recommended)
+        if recommended:
+            print(f'--apply writes {", ".join(change.name for change in recommended)}')
+        return _verdict(findings)
 
-    def _look(self) -> list[Finding]:
-        started_s = time.monotonic()
-        self._until(lambda: bool(self._status().autopilot), self._options.wait)
-        if not self._status().autopilot:
-            raise AdviseError(self._silence())
-        autopilot = self._status().autopilot
-        self._readings = Readings(tuple(PARAMETERS[autopilot]), bytewise=autopilot == 'px4', optional=OPTIONAL)
-        left_s = self._options.wait - (time.monotonic() - started_s)
-        self._until(lambda: self._status().ready, max(LISTEN_S, left_s))
-        if autopilot == 'ardupilot' and self._companion.vehicle.target is not None:
-            self._link.send(mav.command(self._companion.vehicle.target, mav.CMD_RUN_PREARM_CHECKS))
-        self._until(lambda: False, LISTEN_S)
-        self._until(lambda: self._readings is None or self._readings.done, self._options.wait)
-        return [*state_findings(self._status(), self._texts), self._signing(), *self._parameters(autopilot)]
+    def undo(self, old: OldParameters) -> int:
+        """Put back what a file says.
 
-    def _silence(self) -> str:
-        """Why no autopilot is heard, as far as it can be told, and what to do."""
-        link, hindrance = self._link, self._companion.hindrance
-        heard = f'no autopilot is heard within {self._options.wait:g} s on {self._options.url}'
-        if link.refused_signatures:
-            return f"{heard}: {hindrance}; give --signing-key the autopilot's own key, or none where it has none"
-        if self._companion.vehicle.unfit:
-            return f'{heard}: {hindrance}; only ArduPilot and PX4 multicopters are flown'
-        if hindrance:
-            return f'{heard}: {hindrance}; start the autopilot, or name its own address'
-        if link.bad_bytes:
-            return f'{heard}: {link.bad_bytes} bytes came that are no MAVLink; see that port and --baud are right'
-        return f'{heard}: nothing comes; start the autopilot, or have it send there (ArduPilot in SITL: --out=udp:HOST:PORT)'
+        Raises:
+            AdviseError: no autopilot is heard, it is another one, or nothing may be written now.
+        """
+        self._vehicle.look()
+        vehicle = self._vehicle
+        if (vehicle.autopilot, vehicle.system) != (old.autopilot, old.system):
+            raise InputError(f'{self._options.undo} is of {old.autopilot} system {old.system}, and {vehicle.autopilot} system '
+                             f'{vehicle.system} is here; name the file that was saved for it')
+        vehicle.read([kept.name for kept in old.kept])
+        missing = [kept.name for kept in old.kept if kept.name not in vehicle.values]
+        if missing:
+            raise AdviseError(f'{", ".join(missing)}: no value came; nothing is written; try again')
+        for kept in old.kept:
+            now = vehicle.values[kept.name]
+            if now not in (kept.new, kept.old):
+                print(f'{kept.name} was set to {kept.new:g} and is {now:g}: somebody changed it since')
+        changes = [change for change in old.changes_back() if change.value != vehicle.values[change.name]]
+        if not changes:
+            print('nothing to put back: all values are as they were')
+            return OK
+        return self._write(changes)
 
-    def _parameters(self, autopilot: str) -> list[Finding]:
-        return parameter_findings(autopilot, self._readings.values if self._readings else {}, self._room)
+    # -- findings -----------------------------------------------------------------------------
+    def _findings(self) -> list[Finding]:
+        vehicle = self._vehicle
+        return [
+            *preflight.state_findings(vehicle.status, vehicle.texts), *vehicle.estimator.findings(), self._signing(),
+            *preflight.parameter_findings(vehicle.autopilot, vehicle.values, self._room),
+        ]
 
     def _signing(self) -> Finding:
-        if self._signed:
-            return Finding(Level.RIGHT, 'what it sends is signed with the key')
+        if self._options.signing_key:
+            return right('what it sends is signed with the key')
         if self._link.doubt:
-            return Finding(Level.WRONG, self._link.doubt, '--signing-key FILE with the key that it has')
+            return wrong(self._link.doubt, '--signing-key FILE with the key that it has')
         remedy = 'give both ends one key where others can reach the link: docs/safety.md'
-        return Finding(Level.ADVICE, 'the link is not signed: whoever reaches it may command the vehicle', remedy)
+        return advice('the link is not signed: whoever reaches it may command the vehicle', remedy)
 
-    def _status(self) -> Status:
-        return self._companion.status(time.monotonic())
+    # -- writing ------------------------------------------------------------------------------
+    def _write(self, changes: Sequence[Change]) -> int:
+        vehicle = self._vehicle
+        _list(changes, vehicle.values)
+        self._refuse_if_it_must_not()
+        if not self._options.yes and not _agreed(len(changes)):
+            print('nothing is written')
+            return VERDICT_NO
+        vehicle.refresh()
+        self._refuse_if_it_must_not()
+        path = self._save(changes)
+        writings = vehicle.begin_writing(changes)
+        try:
+            stopped = vehicle.write()
+        except KeyboardInterrupt:
+            self._say_how_far(writings, 'interrupted', path)
+            return INTERRUPTED
+        if stopped:
+            self._say_how_far(writings, stopped, path)
+            return VERDICT_NO
+        return self._read_back(changes, path)
 
-    def _until(self, condition: Callable[[], bool], seconds: float) -> None:
-        """Serve the link until a condition holds or the time is over."""
-        end_s = time.monotonic() + seconds
-        while not condition() and time.monotonic() < end_s:
-            self._turn()
-            time.sleep(TURN_S)
+    def _refuse_if_it_must_not(self) -> None:
+        why_not = self._vehicle.why_not_write()
+        if why_not:
+            raise AdviseError(f'nothing is written: {why_not}')
 
-    def _turn(self) -> None:
-        for received in self._link.poll():
-            if self._companion.observe(received.message, received.at_s, received.source):
-                self._link.answer_to(received.source)
-                self._take(received.message)
-        now_s, target = time.monotonic(), self._companion.vehicle.target
-        out = self._companion.step(now_s, self._link.problem or self._link.doubt)
-        if self._readings is not None and target is not None:
-            out += self._readings.step(target, now_s)
-        for message in out:
-            self._link.send(message)
+    def _save(self, changes: Sequence[Change]) -> Path:
+        vehicle = self._vehicle
+        default = f'fly_check-{vehicle.autopilot}-{vehicle.system}-{time.strftime("%Y%m%d-%H%M%S")}.json'
+        path = Path(self._options.save or default)
+        kept = tuple(Kept(change.name, vehicle.values[change.name], change.value) for change in changes)
+        old_parameters.save(path, OldParameters(vehicle.autopilot, vehicle.system, kept), changes)
+        print(f'the old values are saved in {path}')
+        return path
 
-    def _take(self, message: mav.Message) -> None:
-        if self._readings is not None:
-            self._readings.observe(message)
-        vehicle = self._companion.vehicle
-        if message.get_msgId() == mav.STATUSTEXT and not vehicle.text_goes_on and vehicle.text not in self._texts:
-            self._texts.append(vehicle.text)
+    def _say_how_far(self, writings: Writings, why: str, path: Path) -> None:
+        """After a write that did not come to its end."""
+        unsure = writings.unconfirmed
+        print(f'{why}: {len(writings.written)} of {len(writings.written) + len(writings.left)} parameters are written')
+        for change in writings.written:
+            print(f'  written      {change.name} = {change.value:g}')
+        for change in writings.left:
+            print(f'  {"sent, unsure" if change is unsure else "not written "} {change.name} = {change.value:g}')
+        self._say_way_back(path)
+
+    def _say_way_back(self, path: Path) -> None:
+        print(f'to put the old values back: ./advise fly_check {self._options.url} --undo {path}')
+
+    def _read_back(self, changes: Sequence[Change], path: Path) -> int:
+        """All are written: read everything anew, and say what is there."""
+        vehicle = self._vehicle
+        vehicle.read([change.name for change in changes])
+        differing = [change for change in changes if not self._holds(change)]
+        for change in differing:
+            there = vehicle.values.get(change.name, math.nan)
+            print(f'{change.name} was written as {change.value:g} and reads back as {there:g}')
+        print(f'{len(changes) - len(differing)} of {len(changes)} parameters are written and read back')
+        self._say_way_back(path)
+        if self._options.undo:
+            return VERDICT_NO if differing else OK
+        findings = self._findings()
+        print('\nstill to do by hand:')
+        _print([finding for finding in findings if finding.level is not Level.RIGHT])
+        return VERDICT_NO if differing else _verdict(findings)
+
+    def _holds(self, change: Change) -> bool:
+        vehicle = self._vehicle
+        return vehicle.values.get(change.name) == as_carried(change.value, vehicle.kinds.get(change.name, 0))
+
+
+def _print(findings: Sequence[Finding]) -> None:
+    for finding in findings:
+        print(f'{finding.level.value:8}{finding.what}' + (f'\n        -> {finding.remedy}' if finding.remedy else ''))
+    wrongs = sum(finding.level is Level.WRONG for finding in findings)
+    print(f'\n{wrongs} of {len(findings)} findings are wrong' if wrongs else '\nnothing is wrong')
+
+
+def _verdict(findings: Sequence[Finding]) -> int:
+    return VERDICT_NO if any(finding.level is Level.WRONG for finding in findings) else OK
+
+
+def _list(changes: Sequence[Change], values: dict[str, float]) -> None:
+    """Name, old value, new value, reason."""
+    print('\nto be written:')
+    for change in changes:
+        print(f'  {change.name:16} {values[change.name]:g} -> {change.value:g}   {change.why}')
+
+
+def _agreed(number: int) -> bool:
+    try:
+        answer = input(f'write {number} parameter{"s" if number > 1 else ""}? [y/N] ')
+    except EOFError:
+        return False
+    return answer.strip().lower() in ('y', 'yes')
 
 
 if __name__ == '__main__':

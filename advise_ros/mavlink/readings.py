@@ -1,22 +1,17 @@
-"""An autopilot's parameters, asked for by name; nothing is ever set.
+"""An autopilot's parameters, asked for by name; nothing is set.
 
 https://mavlink.io/en/services/parameter.html
 """
 
 from __future__ import annotations
 
-import struct
-
 from advise_ros.mavlink import messages as mav
 from advise_ros.mavlink.messages import Message, dialect
+from advise_ros.mavlink.parameter_values import decode
 
 ASK_S, TRIES = 0.5, 6
 # Tries for what not every version has.
 OPTIONAL_TRIES = 2
-INTEGERS = {
-    int(dialect.MAV_PARAM_TYPE_INT8), int(dialect.MAV_PARAM_TYPE_UINT8), int(dialect.MAV_PARAM_TYPE_INT16),
-    int(dialect.MAV_PARAM_TYPE_UINT16), int(dialect.MAV_PARAM_TYPE_INT32), int(dialect.MAV_PARAM_TYPE_UINT32),
-}
 
 
 class Readings:
@@ -29,12 +24,14 @@ class Readings:
 
     Attributes:
         values: name -> value, as far as it came.
+        kinds: name -> MAV_PARAM_TYPE, likewise.
     """
 
     def __init__(self, names: tuple[str, ...], *, bytewise: bool, optional: frozenset[str] = frozenset()) -> None:
         self._names, self._bytewise, self._optional = names, bytewise, optional
         self._asked: tuple[float, int] = (0.0, 0)
         self.values: dict[str, float] = {}
+        self.kinds: dict[str, int] = {}
 
     @property
     def done(self) -> bool:
@@ -49,13 +46,16 @@ class Readings:
             return []
         self._asked = now_s, times + 1
         missing = [name for name in self._names if name not in self.values]
-        return [dialect.MAVLink_param_request_read_message(*target, name.encode(), -1) for name in missing]
+        return [read_request(target, name) for name in missing]
 
     def observe(self, message: Message) -> None:
         """Take in a message of the autopilot."""
         if message.get_msgId() != mav.PARAM_VALUE or message.param_id not in self._names:
             return
-        value = float(message.param_value)
-        if self._bytewise and message.param_type in INTEGERS:
-            value = float(struct.unpack('<i', struct.pack('<f', message.param_value))[0])
-        self.values[message.param_id] = value
+        self.values[message.param_id] = decode(message, bytewise=self._bytewise)
+        self.kinds[message.param_id] = int(message.param_type)
+
+
+def read_request(target: tuple[int, int], name: str) -> Message:
+    """PARAM_REQUEST_READ by name."""
+    return dialect.MAVLink_param_request_read_message(*target, name.encode(), -1)
