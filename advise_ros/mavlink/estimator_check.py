@@ -22,9 +22,10 @@ WINDOW_S = 2.0
 # Bits that both have, as far as a flight by position needs them.
 NEEDED = {1: 'attitude', 2: 'horizontal velocity', 4: 'vertical velocity', 16: 'horizontal position', 32: 'height'}
 POSITION = 16
+# PX4 sets 0x80 (constant position) whenever it stands still on the ground.
 DOUBTS = {
     'ardupilot': {0x80: 'it holds a constant position', 0x400: 'it is not initialised', 0x8000: 'its GPS glitches'},
-    'px4': {0x80: 'it holds a constant position', 0x400: 'its GPS glitches', 0x800: 'its accelerometer is bad'},
+    'px4': {0x400: 'its GPS glitches', 0x800: 'its accelerometer is bad'},
 }
 # Innovation test ratios: what a sensor says against what is expected. ArduPilot's failsafe acts at 0.8 (FS_EKF_THRESH),
 # PX4 refuses a sensor at 1.

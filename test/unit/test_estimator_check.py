@@ -10,8 +10,8 @@ from advise_ros.mavlink.estimator_check import WINDOW_S, EstimatorWatch
 from advise_ros.mavlink.findings import Finding, Level
 from advise_ros.mavlink.messages import Message, dialect
 
-# Seen on the real ones: well, and after the GPS was lost.
-WELL = {'ardupilot': 0x33F, 'px4': 0x37F}
+# Seen on the real ones: well on the ground, and after the GPS was lost.
+WELL = {'ardupilot': 0x33F, 'px4': 0x3FF}
 LOST = {'ardupilot': 0x25, 'px4': 0x365}
 BOTH = pytest.mark.parametrize('autopilot', ['ardupilot', 'px4'])
 
