@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-import pytest
-from hypothesis import given
+from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from advise_ros.mavlink import preflight
@@ -16,11 +15,18 @@ ROOMS = st.none() | st.builds(Room, METRES, METRES, st.floats(0.1, 10.0), st.flo
 VALUES = st.one_of(st.sampled_from([0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]), st.floats(0.0, 1000.0, width=32))
 
 
-@pytest.mark.parametrize('autopilot', ['ardupilot', 'px4'])
-@given(data=st.data(), room=ROOMS)
-def test_what_is_recommended_is_enough_and_stays_so(autopilot: str, data: st.DataObject, room: Room | None) -> None:
-    names = preflight.names(autopilot)
-    values = {name: data.draw(VALUES, name) for name in names}
+AUTOPILOTS = st.sampled_from(sorted(preflight.RULES)).flatmap(
+    lambda autopilot: st.tuples(st.just(autopilot), st.fixed_dictionaries(dict.fromkeys(preflight.names(autopilot), VALUES))),
+)
+
+
+# A busy machine draws slowly.
+@settings(suppress_health_check=[HealthCheck.too_slow])
+@given(autopilot_and_values=AUTOPILOTS, room=ROOMS)
+def test_what_is_recommended_is_enough_and_stays_so(
+    autopilot_and_values: tuple[str, dict[str, float]], room: Room | None,
+) -> None:
+    autopilot, values = autopilot_and_values
     recommended = preflight.changes(parameter_findings(autopilot, values, room))
     values |= {change.name: float(np.float32(change.value)) for change in recommended}
     again = parameter_findings(autopilot, values, room)
