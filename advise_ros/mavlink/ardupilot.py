@@ -42,7 +42,9 @@ class ArduPilot(Machine):
 
     modes, own_mode, land_mode = MODES, GUIDED, LAND
     mode_params = MappingProxyType({GUIDED: (GUIDED,), LAND: (LAND,)})
-    intervals = ((mav.EKF_STATUS_REPORT, 2.0), (mav.EXTENDED_SYS_STATE, 5.0), (mav.SYS_STATUS, 2.0))
+    intervals = (
+        (mav.EKF_STATUS_REPORT, 4.0), (mav.EXTENDED_SYS_STATE, 5.0), (mav.SYS_STATUS, 2.0), (mav.GPS_RAW_INT, 4.0),
+    )
     streams = False
 
     def __init__(self, vehicle: Vehicle, ready_timeout_s: float) -> None:

@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 from advise_ros.mavlink import messages as mav
 from advise_ros.mavlink.ardupilot import ArduPilot
+from advise_ros.mavlink.estimator import Estimator
 from advise_ros.mavlink.frames import Vector
 from advise_ros.mavlink.machine import Machine
 from advise_ros.mavlink.messages import Message
@@ -15,7 +16,7 @@ from advise_ros.mavlink.px4 import Px4
 from advise_ros.mavlink.rates import RateWatch
 from advise_ros.mavlink.requests import Goal, Request
 from advise_ros.mavlink.timesync import Timesync
-from advise_ros.mavlink.vehicle import Address, Vehicle
+from advise_ros.mavlink.vehicle import Address, Motion, Vehicle
 
 HEARTBEAT_S = 1.0
 # Longest wait for the autopilot's word before a request is said to be under way.
@@ -67,18 +68,30 @@ class Companion:
         self._heartbeat_s = -math.inf
         self._rates = RateWatch(self.vehicle)
         self.timesync = Timesync()
+        self._estimator, self._boots = Estimator(), 0
         self._was_connected = False
         self._link_problem = ''
         self._resting = ''
 
     def observe(self, message: Message, at_s: float, address: Address | None = None) -> bool:
         """Take a message in; False if it is not from our autopilot."""
+        motion = self.vehicle.motion
         ours = self.vehicle.observe(message, at_s, address)
         if ours and message.get_msgId() == mav.TIMESYNC:
             self.timesync.take(message, at_s)
+        if ours:
+            self._judge_position(message, motion, at_s)
         if ours and self._machine is None and self.vehicle.autopilot in MACHINES:
             self._machine = MACHINES[self.vehicle.autopilot](self.vehicle, self._settings.ready_timeout_s)
         return ours
+
+    def _judge_position(self, message: Message, before: Motion | None, at_s: float) -> None:
+        if self.vehicle.boots != self._boots:
+            self._estimator, self._boots = Estimator(), self.vehicle.boots
+        self._estimator.take(message, at_s)
+        if self.vehicle.motion is not None and self.vehicle.motion is not before:
+            self._estimator.moved(self.vehicle.motion)
+        self.vehicle.doubt = self._estimator.doubt(at_s)
 
     def step(self, now_s: float, link_problem: str = '') -> list[Message]:
         """What to send now; call it after messages and at least ten times a second."""
@@ -93,6 +106,8 @@ class Companion:
             self.vehicle.forget_silent(now_s)
             out += self._machine.step(now_s)
             out += self.timesync.due(now_s)
+            round_trip_s = self.timesync.round_trip_s(now_s)
+            self.vehicle.round_trip_s = math.inf if round_trip_s is None else round_trip_s
         self._answer_late(now_s)
         return out
 
@@ -150,17 +165,19 @@ class Companion:
         linked = self._machine is not None and self.vehicle.connected(now_s) and not self._resting
         return linked and self._machine is not None and self._machine.commandable
 
-    def must_stream(self, now_s: float) -> bool:
-        """Whether zero velocity must be sent while there is no command: PX4 leaves OFFBOARD otherwise."""
-        return self._machine is not None and self._machine.streams and self.commandable(now_s)
+    def setpoint(self, velocity_enu_m_s: Vector, yaw_rate_rad_s: float, now_s: float, doubt: str = '') -> Message | None:
+        """What makes it fly a velocity, or stand where that is zero; None while nothing must be sent.
 
-    def setpoint(self, velocity_enu_m_s: Vector, yaw_rate_rad_s: float, now_s: float) -> Message | None:
-        """A velocity setpoint, or None while it must not be sent."""
-        if not self.commandable(now_s) or self.vehicle.target is None:
+        Args:
+            velocity_enu_m_s, yaw_rate_rad_s: what is to be flown.
+            now_s: steady time.
+            doubt: why the position is not to be trusted (then it stands by zero velocity alone), '' if it is.
+        """
+        if self._machine is None or not self.commandable(now_s) or self.vehicle.target is None:
             return None
         if not all(math.isfinite(value) for value in (*velocity_enu_m_s, yaw_rate_rad_s)):
             velocity_enu_m_s, yaw_rate_rad_s = (0.0, 0.0, 0.0), 0.0  # NaN is a stop on one autopilot and a loss on another.
-        return mav.velocity_setpoint(self.vehicle.target, int(now_s * 1000), velocity_enu_m_s, yaw_rate_rad_s)
+        return self._machine.setpoint(self.vehicle.target, velocity_enu_m_s, yaw_rate_rad_s, now_s, doubt)
 
     def farewell(self, now_s: float) -> list[Message]:
         """What to send before we leave: a vehicle that we fly shall stand."""

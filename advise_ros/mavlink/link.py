@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from advise_ros.mavlink.encoding import Encoder
 from advise_ros.mavlink.framing import Framer
-from advise_ros.mavlink.messages import ATTITUDE, Message
+from advise_ros.mavlink.messages import ATTITUDE, EKF_STATUS_REPORT, ESTIMATOR_STATUS, GPS_RAW_INT, ODOMETRY, Message
 from advise_ros.mavlink.signing import SigningClock, Verifier
 from advise_ros.mavlink.transport import Address, make_transport, why
 
@@ -18,7 +18,7 @@ QUEUE_MESSAGES = 20_000
 RETRY_S = 1.0
 SIGNED_WITHOUT_KEY = 'what it sends is signed, but no key is set here: it may ignore all that we send'
 # These wait in the queue for the next message that matters: each wake of the owner costs processor time.
-QUIET_IDS = frozenset({ATTITUDE})
+QUIET_IDS = frozenset({ATTITUDE, EKF_STATUS_REPORT, ESTIMATOR_STATUS, GPS_RAW_INT, ODOMETRY})
 
 
 class Received(NamedTuple):

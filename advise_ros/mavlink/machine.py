@@ -8,6 +8,7 @@ from enum import Enum
 from typing import ClassVar
 
 from advise_ros.mavlink import messages as mav
+from advise_ros.mavlink.frames import Vector
 from advise_ros.mavlink.messages import Message
 from advise_ros.mavlink.requests import Goal, Progress, Request
 from advise_ros.mavlink.undertaking import Phase, Undertaking
@@ -154,6 +155,13 @@ class Machine(ABC):
         """We leave it, after `farewell`: only a landing goes on."""
         if self._task.request is not None and self._task.request.goal is not Goal.LAND:
             self._task.give_up('the bridge was deactivated')
+
+    # -- setpoints ---------------------------------------------------------------------------
+    def setpoint(
+        self, target: tuple[int, int], velocity_enu_m_s: Vector, yaw_rate_rad_s: float, now_s: float, doubt: str,
+    ) -> Message:
+        """A velocity as this autopilot is to be asked for it; `doubt` is why its position is not to be trusted, '' if it is."""
+        return mav.velocity_setpoint(target, int(now_s * 1000), velocity_enu_m_s, yaw_rate_rad_s)
 
     # -- steps -------------------------------------------------------------------------------
     def step(self, now_s: float) -> list[Message]:

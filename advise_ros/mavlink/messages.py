@@ -22,6 +22,9 @@ LOCAL_POSITION_NED = int(dialect.MAVLINK_MSG_ID_LOCAL_POSITION_NED)
 COMMAND_ACK = int(dialect.MAVLINK_MSG_ID_COMMAND_ACK)
 EKF_STATUS_REPORT = int(dialect.MAVLINK_MSG_ID_EKF_STATUS_REPORT)
 EXTENDED_SYS_STATE = int(dialect.MAVLINK_MSG_ID_EXTENDED_SYS_STATE)
+GPS_RAW_INT = int(dialect.MAVLINK_MSG_ID_GPS_RAW_INT)
+ESTIMATOR_STATUS = int(dialect.MAVLINK_MSG_ID_ESTIMATOR_STATUS)
+ODOMETRY = int(dialect.MAVLINK_MSG_ID_ODOMETRY)
 TIMESYNC = int(dialect.MAVLINK_MSG_ID_TIMESYNC)
 PARAM_VALUE = int(dialect.MAVLINK_MSG_ID_PARAM_VALUE)
 STATUSTEXT = int(dialect.MAVLINK_MSG_ID_STATUSTEXT)
@@ -76,6 +79,9 @@ _BOUNDS: dict[int, tuple[tuple[str, float], ...]] = {
 
 # Velocity and yaw rate; position, acceleration and yaw are ignored. With yaw rate 0 the nose holds its heading.
 MASK_VELOCITY_YAW_RATE = 0x05C7
+# The bits of x, y, z and of vx, vy, vz in a mask; set: ignored. Acceleration and yaw are ignored, the yaw rate where it is 0.
+_BITS_OF_PLACE, _BITS_OF_VELOCITY = (0x001, 0x002, 0x004), (0x008, 0x010, 0x020)
+_MASK_OTHERS, _BIT_OF_YAW_RATE = 0x05C0, 0x800
 FRAME_LOCAL_NED = int(dialect.MAV_FRAME_LOCAL_NED)
 
 
@@ -111,4 +117,26 @@ def velocity_setpoint(target: tuple[int, int], time_boot_ms: int, velocity_enu_m
         time_boot_ms & 0xFFFFFFFF, *target, FRAME_LOCAL_NED, MASK_VELOCITY_YAW_RATE,
         0.0, 0.0, 0.0, *ned_from_enu(velocity_enu_m_s), 0.0, 0.0, 0.0,
         0.0, yaw_rate_enu_from_ned(yaw_rate_rad_s),
+    )
+
+
+def place_setpoint(
+    target: tuple[int, int], time_boot_ms: int, place_enu_m: tuple[float | None, float | None, float | None],
+    velocity_enu_m_s: Vector, yaw_rate_rad_s: float,
+) -> Message:
+    """SET_POSITION_TARGET_LOCAL_NED with a place where there is one, else the velocity, axis by axis in ENU.
+
+    What is ignored is 0, never NaN; with no yaw rate PX4 holds its heading.
+    """
+    east, north, up = place_enu_m
+    places = north, east, None if up is None else -up
+    velocities = ned_from_enu(velocity_enu_m_s)
+    mask = _MASK_OTHERS | (0 if yaw_rate_rad_s else _BIT_OF_YAW_RATE)
+    for place, of_place, of_velocity in zip(places, _BITS_OF_PLACE, _BITS_OF_VELOCITY, strict=True):
+        mask |= of_place if place is None else of_velocity
+    return dialect.MAVLink_set_position_target_local_ned_message(
+        time_boot_ms & 0xFFFFFFFF, *target, FRAME_LOCAL_NED, mask,
+        *(place or 0.0 for place in places),
+        *(velocity if place is None else 0.0 for place, velocity in zip(places, velocities, strict=True)),
+        0.0, 0.0, 0.0, 0.0, yaw_rate_enu_from_ned(yaw_rate_rad_s),
     )

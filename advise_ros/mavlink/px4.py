@@ -11,6 +11,8 @@ import math
 from types import MappingProxyType
 
 from advise_ros.mavlink import messages as mav
+from advise_ros.mavlink.frames import Vector
+from advise_ros.mavlink.hold import NO_PLACE, PROMPT_S, Hold
 from advise_ros.mavlink.machine import Holder, Machine, Step
 from advise_ros.mavlink.messages import Message
 from advise_ros.mavlink.requests import Goal, Request
@@ -41,13 +43,17 @@ class Px4(Machine):
 
     modes, own_mode, land_mode = MODES, OFFBOARD, LAND
     mode_params = MappingProxyType({OFFBOARD: (6, 0), LAND: (4, 6)})
-    intervals = ((mav.EXTENDED_SYS_STATE, 5.0), (mav.SYS_STATUS, 2.0))
+    intervals = (
+        (mav.EXTENDED_SYS_STATE, 5.0), (mav.SYS_STATUS, 2.0), (mav.ESTIMATOR_STATUS, 4.0), (mav.GPS_RAW_INT, 4.0),
+        (mav.ODOMETRY, 2.0),
+    )
     streams = True
     texts_to_ground_stations_only = True
 
     def __init__(self, vehicle: Vehicle, ready_timeout_s: float) -> None:
         super().__init__(vehicle, ready_timeout_s)
         self._streamed_s = -math.inf
+        self._hold = Hold()
 
     def steps(self) -> dict[Phase, Step]:
         return {
@@ -79,9 +85,22 @@ class Px4(Machine):
             self.holder, self._taken = Holder.OTHERS, 'it was made to hold when the bridge was deactivated'
 
     # -- steps -------------------------------------------------------------------------------
+    def setpoint(
+        self, target: tuple[int, int], velocity_enu_m_s: Vector, yaw_rate_rad_s: float, now_s: float, doubt: str,
+    ) -> Message:
+        """It holds a place where no motion is asked for; on the ground, the one that it is to climb over."""
+        motion = None if doubt else self._vehicle.trusted(now_s)
+        if motion is not None and self._vehicle.landed_state == mav.ON_GROUND:
+            self._hold.stand_at(motion, now_s)
+            motion = motion if velocity_enu_m_s[2] > 0.0 else None
+        wanted = self._hold.wanted(velocity_enu_m_s, motion, now_s, prompt=self._vehicle.round_trip_s < PROMPT_S)
+        if wanted.place_enu_m == NO_PLACE:
+            return super().setpoint(target, velocity_enu_m_s, yaw_rate_rad_s, now_s, doubt)
+        return mav.place_setpoint(target, int(now_s * 1000), *wanted, yaw_rate_rad_s)
+
     def _setpoint(self, now_s: float, up_m_s: float) -> list[Message]:
         target = self._vehicle.target
-        return [] if target is None else [mav.velocity_setpoint(target, int(now_s * 1000), (0.0, 0.0, up_m_s), 0.0)]
+        return [] if target is None else [self.setpoint(target, (0.0, 0.0, up_m_s), 0.0, now_s, '')]
 
     def _stream(self, now_s: float, up_m_s: float = 0.0) -> list[Message]:
         if now_s - self._streamed_s < STREAM_PERIOD_S * 0.9:

@@ -20,6 +20,9 @@ ENOUGH, WINDOW_S = 0.4, 1.0
 ASK_S = 1.0
 # An autopilot that still does not send it is asked less often.
 ASKS_IN_A_ROW, ASK_SELDOM_S = 30, 10.0
+# What only doubts come from, and what not every autopilot has, is asked for so often in a row.
+ASKS_FOR_DOUBTS = 5
+DOUBTS = frozenset({mav.GPS_RAW_INT, mav.ESTIMATOR_STATUS, mav.ODOMETRY})
 
 
 @dataclass
@@ -57,7 +60,8 @@ class RateWatch:
         periods_s = SILENT_PERIODS / rate_hz
         self._count(watched, number, rate_hz * ENOUGH, max(WINDOW_S, periods_s), now_s)
         silent = now_s - self._vehicle.heard_at_s.get(number, -math.inf) > max(SILENT_S, periods_s)
-        wait_s = ASK_S if watched.asks < ASKS_IN_A_ROW else ASK_SELDOM_S
+        in_a_row = ASKS_FOR_DOUBTS if number in DOUBTS else ASKS_IN_A_ROW
+        wait_s = ASK_S if watched.asks < in_a_row else ASK_SELDOM_S
         if watched.asks and not ((silent or watched.seldom) and now_s - watched.asked_s >= wait_s):
             return False
         self._watched[number] = _Watched(now_s, watched.asks + 1, count=self._vehicle.heard[number])

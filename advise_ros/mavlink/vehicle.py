@@ -21,6 +21,8 @@ CHUNK, LONGEST_TEXT = 50, 400
 # The mode is in the heartbeat: without one for this many time-outs the link counts as lost whatever else is heard.
 HEARTBEATS_LOST = 3.0
 
+# A position that is older is no place to go by.
+FRESH_S = 0.5
 # A fact that was not repeated for this long is no fact any more; each is asked for twice a second or more.
 FACT_S = 6.0
 
@@ -70,6 +72,8 @@ class Vehicle:
         refused_numbers, refused_strangers: messages that were not taken in, and why.
         unfit: what else was heard that calls itself an autopilot, in words.
         text_goes_on: `text` is the begin of a longer one.
+        doubt: why its position is not to be trusted, in words, '' if it is.
+        round_trip_s: how long a message takes there and back, infinite while that is unknown.
         heard_at_s, heard: when each message came last, and how often so far.
     """
 
@@ -94,6 +98,8 @@ class Vehicle:
     text_goes_on: bool = False
     text_at_s: float = -math.inf
     acks: list[Ack] = field(default_factory=list)
+    doubt: str = ''
+    round_trip_s: float = math.inf
     boots: int = 0
     refused_numbers: int = 0
     refused_strangers: int = 0
@@ -113,6 +119,11 @@ class Vehicle:
     def name(self) -> str:
         """'ardupilot', 'px4' or '' before the first heartbeat."""
         return mav.AUTOPILOT_NAMES.get(self.autopilot, '')
+
+    def trusted(self, now_s: float) -> Motion | None:
+        """Position and velocity that a place may be made from; None while they are old or the estimator is in doubt."""
+        fresh = self.motion is not None and now_s - self.motion.at_s <= FRESH_S
+        return self.motion if fresh and not self.doubt else None
 
     @property
     def in_air(self) -> bool:

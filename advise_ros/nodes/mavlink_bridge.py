@@ -172,8 +172,8 @@ class MavlinkBridge(ManagedNode):
             self._teller.stamper.bounded(self._companion.timesync.bounds, received.at_s)
             self._monitor.clock_bounds(*self._companion.timesync.bounds, received.at_s)
         if vehicle.motion is not motion and vehicle.motion is not None:
-            boot_ns = vehicle.motion.time_boot_ms * NS_PER_MS
-            self._monitor.pose(vehicle.motion.position_enu_m, MAP_FRAME, vehicle.motion.at_s, stamp_ns=boot_ns)
+            motion, boot_ns = vehicle.motion, vehicle.motion.time_boot_ms * NS_PER_MS
+            self._monitor.pose(motion.position_enu_m, MAP_FRAME, motion.at_s, stamp_ns=boot_ns, doubt=vehicle.doubt)
             self._publish_pose(vehicle.motion, vehicle.attitude)
         if vehicle.battery is not battery and vehicle.battery is not None:
             self._teller.battery(vehicle.battery)
@@ -218,20 +218,15 @@ class MavlinkBridge(ManagedNode):
         self._command(now_s)
 
     def _command(self, now_s: float) -> None:
-        """Send what the guard lets through; nothing before the first command of a flight."""
+        """Send what the guard lets through; a vehicle that is ours and not commanded (yet, or any more) stands."""
         if not self._companion.commandable(now_s):
             self._monitor.clear()
             self._reason = ''
             return
         verdict = self._monitor.verdict(now_s)
-        if verdict is not None:
-            self._reason = verdict.reason
-            self._send(verdict.velocity_enu_m_s, verdict.yaw_rate_rad_s, now_s)
-        elif self._companion.must_stream(now_s):
-            self._send(guard.ZERO, 0.0, now_s)
-
-    def _send(self, velocity: guard.Vector, yaw_rate: float, now_s: float) -> None:
-        setpoint = self._companion.setpoint(velocity, yaw_rate, now_s)
+        self._reason = verdict.reason if verdict is not None else ''
+        velocity, yaw_rate = (guard.ZERO, 0.0) if verdict is None else verdict[:2]
+        setpoint = self._companion.setpoint(velocity, yaw_rate, now_s, self._monitor.position_doubt(now_s))
         if setpoint is not None:
             self._transmit([setpoint])
 

@@ -70,7 +70,7 @@ class VehicleTeller:
         """Publish it at every change, and every STATUS_PERIOD_S."""
         problem = self.simulated_clock.problem(now_s)
         if status.connected and problem:  # Poses have no stamps.
-            status = status._replace(commandable=False, waiting_for=f'a clock: {problem}')
+            status = status._replace(commandable=False, ready=False, waiting_for=f'a clock: {problem}')
         if status == self.status and now_s - self._status_s < STATUS_PERIOD_S:
             return
         self.status, self._status_s = status, now_s

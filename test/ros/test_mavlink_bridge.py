@@ -49,8 +49,14 @@ def fly(graph: Graph, peer: UdpPeer) -> Any:
     reply = graph.call(Trigger, 'mavlink_bridge/takeoff')
     assert reply.success, reply.message
     wait_status(graph, lambda s: s.commandable)
-    assert not peer.copter.setpoints  # None during the take-off, none before the first command.
+    assert peer.copter.disturbed == 0
+    assert not moving(peer)
     return graph.publisher('cmd_vel', TwistStamped, qos.COMMAND)
+
+
+def moving(peer: UdpPeer) -> list[Any]:
+    """The setpoints that are to move it."""
+    return [setpoint for setpoint in list(peer.copter.setpoints) if (setpoint.vx, setpoint.vy, setpoint.vz) != (0.0, 0.0, 0.0)]
 
 
 def on_the_wire(peer: UdpPeer) -> tuple[float, float, float]:
@@ -65,8 +71,8 @@ def test_takes_off_flies_stops_on_a_stale_command_and_lands(graph: Graph, free_u
         commands = fly(graph, peer)
         assert peer.copter.altitude_m >= 2.7
         commands.publish(velocity(1.0, 0.5, -0.25))
-        graph.wait_until(lambda: peer.copter.setpoints, what='a setpoint')
-        first = peer.copter.setpoints[0]
+        graph.wait_until(lambda: moving(peer), what='a setpoint')
+        first = moving(peer)[0]
         assert (first.type_mask, first.coordinate_frame) == (0x05C7, 1)
         assert (first.vx, first.vy, first.vz, first.yaw_rate) == (0.5, 1.0, 0.25, 0.0)
         graph.wait_until(lambda: on_the_wire(peer) == (0.0, 0.0, 0.0), what='zero after the command went stale')
@@ -86,7 +92,7 @@ def test_a_lost_link_is_reported_and_nothing_old_is_flown_when_it_returns(graph:
     with UdpPeer(ScriptedCopter(), free_udp_port) as peer:
         commands = fly(graph, peer)
         commands.publish(velocity(1.0, 0.0))
-        graph.wait_until(lambda: peer.copter.setpoints, what='a setpoint')
+        graph.wait_until(lambda: moving(peer), what='a setpoint')
         peer.muted.set()
         lost = wait_status(graph, lambda s: not s.connected, new=True)
         assert lost.waiting_for == 'heartbeat: the link to the autopilot is lost'
@@ -98,7 +104,7 @@ def test_a_lost_link_is_reported_and_nothing_old_is_flown_when_it_returns(graph:
         peer.copter.setpoints.clear()
         peer.muted.clear()
         wait_status(graph, lambda s: s.commandable, new=True)
-        assert not peer.copter.setpoints
+        assert not moving(peer)
 
         def flown_again() -> bool:  # Zero until a fresh pose is there too.
             commands.publish(velocity(0.5, 0.0))
@@ -109,7 +115,7 @@ def test_a_lost_link_is_reported_and_nothing_old_is_flown_when_it_returns(graph:
 
 
 def test_the_fence_holds_what_is_refused_is_zero_and_its_end_stops_the_vehicle(graph: Graph, free_udp_port: int) -> None:
-    bridge = start(graph, free_udp_port, grid_file=GRID, takeoff_altitude_m=0.0, command_timeout_s=60.0)
+    bridge = start(graph, free_udp_port, grid_file=GRID, takeoff_altitude_m=0.0, command_timeout_s=60.0, fence='auto')
     heard = graph.listen('/diagnostics', DiagnosticArray)
     copter = ScriptedCopter()
     with UdpPeer(copter, free_udp_port) as peer:
@@ -168,6 +174,7 @@ def test_garbage_reaches_no_pose_and_a_mode_of_somebody_elses_ends_the_commandin
         status = wait_status(graph, lambda s: s.mode == 'RTL')
         assert not status.commandable
         assert 'RTL was set by someone else' in status.waiting_for
+        peer.copter.setpoints.clear()
         commands.publish(velocity(1.0, 0.0))
         wait_status(graph, lambda s: s.mode == 'RTL', new=True)  # A second later:
         assert not peer.copter.setpoints
@@ -208,8 +215,8 @@ def test_flies_the_simulator_over_tcp_at_ten_times_real_time(graph: Graph, free_
     graph.start('mavlink_bridge', params={
         'url': f'tcp:127.0.0.1:{free_tcp_port}', 'grid_file': GRID, 'pose_rate_hz': 10.0, 'use_sim_time': True,
     })
-    wait_status(graph, lambda s: s.connected)
-    graph.call(Trigger, 'mavlink_bridge/takeoff')
+    wait_status(graph, lambda s: s.connected and 'a clock' not in s.waiting_for)
+    assert graph.call(Trigger, 'mavlink_bridge/takeoff').success
     wait_status(graph, lambda s: s.commandable)
     commands = graph.publisher('cmd_vel', TwistStamped, qos.COMMAND)
 

@@ -17,6 +17,10 @@ from advise_ros.mavlink.messages import dialect
 GUIDED, LAND, RTL = 4, 9, 6
 READY_EKF, READY_HEALTH = 0x33F, mav.HEALTH_PREARM_CHECK
 CLIMB_M_S = 2.0
+# What it can send; whatever else is asked for fails.
+SENDS = frozenset({
+    mav.HEARTBEAT, mav.LOCAL_POSITION_NED, mav.ATTITUDE, mav.EKF_STATUS_REPORT, mav.EXTENDED_SYS_STATE, mav.SYS_STATUS,
+})
 REFUSAL = 'Arm: Need Position Estimate'
 
 
@@ -29,6 +33,7 @@ class ScriptedCopter:
         deaf: command numbers that get no answer and have no effect.
         lose_acks: command numbers that have their effect without an ACK.
         silent: message ids that are never sent, whatever is asked.
+        disturbed: setpoints that came during a take-off, which they would end.
     """
 
     ready: bool = True
@@ -46,6 +51,7 @@ class ScriptedCopter:
     time_s: float = 0.0
     commands: list[int] = field(default_factory=list)
     setpoints: list[Any] = field(default_factory=list)
+    disturbed: int = 0
     intervals_s: dict[int, float] = field(default_factory=lambda: {mav.HEARTBEAT: 0.2})
     due_s: dict[int, float] = field(default_factory=lambda: {mav.HEARTBEAT: 0.0})
 
@@ -104,6 +110,7 @@ class ScriptedCopter:
         kind = message.get_type()
         if kind == 'SET_POSITION_TARGET_LOCAL_NED':
             self.setpoints.append(message)
+            self.disturbed += self.climb_to_m is not None
             self.velocity_ned = (message.vx, message.vy, message.vz)
         if kind != 'COMMAND_LONG' or message.target_system != self.system_id:
             return []
@@ -119,6 +126,8 @@ class ScriptedCopter:
     def _obey(self, number: int, message: Any) -> int:
         if number == mav.CMD_MESSAGE_INTERVAL:
             wanted = int(message.param1)
+            if wanted not in SENDS:
+                return int(mav.ACK_FAILED)
             self.intervals_s[wanted] = message.param2 / 1e6
             self.due_s[wanted] = self.time_s
         elif number == mav.CMD_SET_MODE:

@@ -16,7 +16,7 @@ class Simulated:
 
     def __init__(self, dialect: type[Any], **values: Any) -> None:
         config = SimulatorConfig(**{'ready_after_s': 3.0, 'step_s': 0.05, **values})
-        self.autopilot: Autopilot = dialect(config, np.random.default_rng(0))
+        self.autopilot: Autopilot = dialect(config, np.random.default_rng(config.seed))
         self.vehicle = self.autopilot.vehicle
         self.system_id = config.system_id
         self._step_s = config.step_s
@@ -33,10 +33,11 @@ class SimulatedFlight(Flight):
 
     copter: Simulated
     velocity = (0.0, 0.0, 0.0)
+    doubt = ''
 
     def tick(self) -> None:
         super().tick()
-        setpoint = None if self.cut else self.companion.setpoint(self.velocity, 0.0, self.now_s)
+        setpoint = None if self.cut else self.companion.setpoint(self.velocity, 0.0, self.now_s, self.doubt)
         if setpoint is not None:
             setpoint.pack(self._codec)  # To the precision of the wire.
             self.copter.receive(setpoint)

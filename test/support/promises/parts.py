@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from support.promises import answers, clocks, deaths, fences, links, short, silence, soaks
+from support.promises import answers, clocks, deaths, fences, links, short, silence, soaks, standing
 from support.promises.book import Book
 
 Run = Callable[[Path, np.random.Generator, Book], None]
@@ -45,6 +45,10 @@ LONG: Mapping[str, Part] = {
     'silence': Part('silence', silence.run, 100),
     'answers': Part('answers', answers.run, 10_000, niceness=15, background=True),
     **{f'fences-{half}': Part('fences', fences.run, 5000, niceness=15, background=True) for half in (1, 2)},
+    **{
+        f'standing-{autopilot}': Part('standing', partial(standing.run, autopilot=autopilot), 100, niceness=15, background=True)
+        for autopilot in (ARDUPILOT, PX4)
+    },
 }
 SHORT: Mapping[str, Part] = {
     'flight-ardupilot': Part('flight', short.with_ardupilot, 1),
@@ -52,6 +56,10 @@ SHORT: Mapping[str, Part] = {
     'silence': Part('silence', silence.run, 1),
     'answers': Part('answers', answers.run, 30, background=True),
     'fences': Part('fences', fences.run, 20, background=True),
+    **{
+        f'standing-{autopilot}': Part('standing', partial(standing.run, autopilot=autopilot), 1, background=True)
+        for autopilot in (ARDUPILOT, PX4)
+    },
 }
 PROMISES = tuple(dict.fromkeys(part.promise for part in (*LONG.values(), *SHORT.values())))
 
