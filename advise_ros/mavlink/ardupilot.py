@@ -10,10 +10,13 @@ from __future__ import annotations
 from types import MappingProxyType
 
 from advise_ros.mavlink import messages as mav
+from advise_ros.mavlink.frames import Vector
 from advise_ros.mavlink.machine import Machine, Step
 from advise_ros.mavlink.messages import Message
-from advise_ros.mavlink.requests import Progress, Request
-from advise_ros.mavlink.undertaking import Phase
+from advise_ros.mavlink.ownership import Holder
+from advise_ros.mavlink.requests import Goal, Progress, Request
+from advise_ros.mavlink.setpoint_watch import SetpointWatch
+from advise_ros.mavlink.task import Phase
 from advise_ros.mavlink.vehicle import Vehicle
 
 GUIDED, LAND = 4, 9
@@ -35,10 +38,19 @@ SETTLED_S, STILL_M_S = 3.0, 0.2
 # The armed bit is in the heartbeat, which is slow.
 ARMED_LAG_S = 2.0
 PREARM_ASK_S = 5.0
+# Whose setpoints it follows shows in its target, at this rate.
+TARGET = (mav.POSITION_TARGET_LOCAL_NED, 20.0)
+# A take-over stands for so long before it is said to have succeeded: somebody else's setpoints show in less.
+SETTLE_S, SETTLE_PERIOD_S = 0.6, 0.05
+# Velocities of somebody before us are reported for no longer than this; it is not waited for longer to be seen to follow.
+TAKEN_S, UNSEEN_S = 2.0, 3.0
 
 
 class ArduPilot(Machine):
-    """READY -> MODE (GUIDED) -> ARM -> TAKEOFF -> CLIMB, then setpoints; MODE (LAND) -> DOWN."""
+    """READY -> MODE (GUIDED) -> ARM -> TAKEOFF -> CLIMB, then setpoints; MODE (LAND) -> DOWN.
+
+    A take-over: MODE (GUIDED) -> SETTLE, standing.
+    """
 
     modes, own_mode, land_mode = MODES, GUIDED, LAND
     mode_params = MappingProxyType({GUIDED: (GUIDED,), LAND: (LAND,)})
@@ -51,12 +63,19 @@ class ArduPilot(Machine):
         super().__init__(vehicle, ready_timeout_s)
         self._still_since_s = 0.0
         self._prearm_asked_s = 0.0
+        self._targets = SetpointWatch()
+        self._settled_s = 0.0
 
     def steps(self) -> dict[Phase, Step]:
         return {
             Phase.READY: self._await_ready, Phase.MODE: self._set_mode, Phase.ARM: self._arm,
             Phase.TAKEOFF: self._take_off, Phase.CLIMB: self._climb, Phase.DOWN: self._come_down,
+            Phase.SETTLE: self._settle,
         }
+
+    def wanted(self) -> tuple[tuple[int, float], ...]:
+        """It tells its target in GUIDED only."""
+        return (*self.intervals, TARGET) if self._vehicle.custom_mode == GUIDED else self.intervals
 
     def missing(self) -> tuple[str, ...]:
         """By the state estimate and the autopilot's own checks: a position may be sent long before."""
@@ -74,11 +93,52 @@ class ArduPilot(Machine):
 
     def farewell(self, now_s: float) -> list[Message]:
         """It stands, in GUIDED."""
-        if self._vehicle.target is None or not self.commandable:
-            return []
-        return [mav.velocity_setpoint(self._vehicle.target, int(now_s * 1000), (0.0, 0.0, 0.0), 0.0)]
+        return self._stand(now_s) if self.commandable else []
+
+    def setpoint(
+        self, target: tuple[int, int], velocity_enu_m_s: Vector, yaw_rate_rad_s: float, now_s: float, doubt: str,
+    ) -> Message:
+        """A velocity, which the autopilot's target is compared with from now on."""
+        message = super().setpoint(target, velocity_enu_m_s, yaw_rate_rad_s, now_s, doubt)
+        self._targets.sent((message.vx, message.vy, message.vz), now_s)
+        return message
+
+    def observe(self, message: Message, now_s: float) -> None:
+        """Whose setpoints it follows."""
+        if message.get_msgId() == mav.POSITION_TARGET_LOCAL_NED and self.holder is Holder.OURS:
+            self._targets.report(message, now_s)
+            if self._targets.foreign and self._vehicle.custom_mode == GUIDED:
+                self._ownership.lose(f'somebody else sends setpoints: {self._targets.foreign}')
+                if self._task.in_own_mode:
+                    self._task.give_up(self._ownership.why)
+
+    def lose_link(self) -> None:
+        super().lose_link()
+        self._targets.begin_anew()
+
+    def _claim(self) -> None:
+        super()._claim()
+        self._targets.begin_anew(TAKEN_S if self._task.goal_is(Goal.TAKE_OVER) else 0.0)
 
     # -- steps -------------------------------------------------------------------------------
+    def _stand(self, now_s: float) -> list[Message]:
+        target = self._vehicle.target
+        return [] if target is None else [self.setpoint(target, (0.0, 0.0, 0.0), 0.0, now_s, '')]
+
+    def _begin_own(self, request: Request, now_s: float) -> list[Message]:
+        self._task.enter(Phase.SETTLE, now_s)
+        self._claim()
+        return self._settle(request, now_s)
+
+    def _settle(self, request: Request, now_s: float) -> list[Message]:
+        if now_s - self._task.phase_s >= (SETTLE_S if self._targets.seen else UNSEEN_S):
+            request.answer(True, 'taken over; it stands until it is commanded')
+            self._task.finish(failed=False)
+        elif now_s - self._settled_s < SETTLE_PERIOD_S * 0.9:
+            return []
+        self._settled_s = now_s
+        return self._stand(now_s)
+
     def _await_ready(self, request: Request, now_s: float) -> list[Message]:
         if self.ready:
             self._task.enter(Phase.MODE, now_s)

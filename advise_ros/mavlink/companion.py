@@ -83,6 +83,8 @@ class Companion:
             self._judge_position(message, motion, at_s)
         if ours and self._machine is None and self.vehicle.autopilot in MACHINES:
             self._machine = MACHINES[self.vehicle.autopilot](self.vehicle, self._settings.ready_timeout_s)
+        if ours and self._machine is not None:
+            self._machine.observe(message, at_s)
         return ours
 
     def _judge_position(self, message: Message, before: Motion | None, at_s: float) -> None:
@@ -129,7 +131,7 @@ class Companion:
 
     def _wanted(self, machine: Machine) -> tuple[tuple[int, float], ...]:
         rate_hz = self._settings.pose_rate_hz
-        return ((mav.LOCAL_POSITION_NED, rate_hz), (mav.ATTITUDE, rate_hz), *machine.intervals)
+        return ((mav.LOCAL_POSITION_NED, rate_hz), (mav.ATTITUDE, rate_hz), *machine.wanted())
 
     def _answer_late(self, now_s: float) -> None:
         request = self._open
@@ -143,7 +145,7 @@ class Companion:
         if self._machine is None or not self.vehicle.connected(now_s):
             request.answer(False, f'{goal.value} refused: {self._no_link()}')
             return request
-        if self._resting and goal in (Goal.ARM, Goal.TAKEOFF):
+        if self._resting and goal in (Goal.ARM, Goal.TAKEOFF, Goal.TAKE_OVER):
             request.answer(False, f'{goal.value} refused: {self._resting}')
             return request
         self._open = request
@@ -204,11 +206,13 @@ class Companion:
             return Status(
                 vehicle.name, machine.mode if machine else '', connected, ready=False, armed=vehicle.armed,
                 in_air=vehicle.in_air, commandable=False, waiting_for=f'heartbeat: {self._no_link()}', text=vehicle.text,
+                owner=machine.owner if machine else '', failsafe=machine.failsafe if machine else '',
             )
         return Status(
             vehicle.name, machine.mode, connected, ready=machine.ready, armed=vehicle.armed, in_air=vehicle.in_air,
             commandable=machine.commandable and not self._resting,
-            waiting_for=self._resting or self._waiting_for(machine), text=vehicle.text,
+            waiting_for=self._resting or self._waiting_for(machine), text=vehicle.text, owner=machine.owner,
+            failsafe=machine.failsafe,
         )
 
     def _waiting_for(self, machine: Machine) -> str:

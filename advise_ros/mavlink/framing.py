@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import struct
 
-from advise_ros.mavlink.messages import MAVError, Message, dialect
+from advise_ros.mavlink.messages import CURRENT_MODE, MAVError, Message, dialect
 from advise_ros.mavlink.signing import SIGNATURE_BYTES, Verifier
 
 START_V1, START_V2 = 0xFE, 0xFD
@@ -27,7 +27,7 @@ SPOKEN = {int(getattr(dialect, f'MAVLINK_MSG_ID_{name}')): length for name, leng
     'TIMESYNC': 16, 'BATTERY_STATUS': 36, 'AUTOPILOT_VERSION': 60, 'EKF_STATUS_REPORT': 22, 'EXTENDED_SYS_STATE': 2,
     'STATUSTEXT': 51, 'REQUEST_DATA_STREAM': 6, 'SYSTEM_TIME': 12, 'POSITION_TARGET_LOCAL_NED': 51, 'ESTIMATOR_STATUS': 42,
     'ODOMETRY': 230, 'SIM_STATE': 84, 'SIMSTATE': 44, 'HIL_STATE_QUATERNION': 64,
-}.items()}
+}.items()} | {CURRENT_MODE: 9}
 _LONGEST_PAYLOAD = {number: kind.unpacker.size for number, kind in dialect.mavlink_map.items()}
 
 

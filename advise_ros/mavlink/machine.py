@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
-from enum import Enum
 from typing import ClassVar
 
 from advise_ros.mavlink import messages as mav
 from advise_ros.mavlink.frames import Vector
 from advise_ros.mavlink.messages import Message
+from advise_ros.mavlink.ownership import FailsafeWatch, Holder, Ownership
+from advise_ros.mavlink.refusals import Situation, refusal
 from advise_ros.mavlink.requests import Goal, Progress, Request
-from advise_ros.mavlink.undertaking import Phase, Undertaking
+from advise_ros.mavlink.task import Phase, Task
 from advise_ros.mavlink.vehicle import Vehicle
 
 # Longest time from a command that was accepted to its effect.
@@ -20,21 +21,13 @@ EFFECT_S = 15.0
 Step = Callable[[Request, float], list[Message]]
 
 
-class Holder(Enum):
-    """Whose the armed vehicle is. Only a take-off that a person asks for leads from OTHERS back to OURS."""
-
-    NOBODY = 'nobody'
-    OURS = 'ours'
-    OTHERS = 'others'
-
-
 class Machine(ABC):
     """Decides what to send to one autopilot: facts and monotonic time in, messages and status out.
 
-    A goal (arm, take-off, landing) goes through phases, each with one function in `steps`. The vehicle is
-    ours once it is armed in `own_mode` (by our own take-off, where setpoints must stream), and others' as soon
-    as another mode is seen without our asking: a person or a failsafe took it. Then every goal ends, no
-    setpoint is sent, and no return to `own_mode` changes that: somebody may be flying in that mode by himself.
+    A goal (arm, take-off, landing, take-over) goes through phases, each with one function in `steps`. The vehicle
+    is ours once it is armed in `own_mode` by a take-off or take-over that was asked of us, and others' in every
+    other case: it was armed before us, another mode is seen without our asking, or (ArduPilot) its target is not
+    what we sent. Then every goal ends and no setpoint is sent, and no return to `own_mode` changes that.
 
     Args:
         vehicle: its facts, kept up to date by the caller.
@@ -56,11 +49,11 @@ class Machine(ABC):
     def __init__(self, vehicle: Vehicle, ready_timeout_s: float) -> None:
         self._vehicle = vehicle
         self._ready_timeout_s = ready_timeout_s
-        self._task = Undertaking(vehicle)
+        self._task = Task(vehicle)
         self._steps = self.steps()
-        self._taken = ''
-        self._asked_back = False
-        self.holder = Holder.NOBODY
+        self._ownership = Ownership()
+        self._failsafe = FailsafeWatch()
+        self._was_armed = False
 
     # -- what differs ------------------------------------------------------------------------
     @abstractmethod
@@ -79,6 +72,10 @@ class Machine(ABC):
     @abstractmethod
     def _armed(self, request: Request, now_s: float) -> list[Message]:
         """Go on with a take-off whose arming was accepted."""
+
+    @abstractmethod
+    def _begin_own(self, request: Request, now_s: float) -> list[Message]:
+        """Go on with a take-over whose mode is set."""
 
     @abstractmethod
     def farewell(self, now_s: float) -> list[Message]:
@@ -102,12 +99,26 @@ class Machine(ABC):
         return self._vehicle.armed or not self.missing()
 
     @property
+    def holder(self) -> Holder:
+        """Whose the armed vehicle is."""
+        return self._ownership.holder
+
+    @property
+    def owner(self) -> str:
+        """As VehicleStatus has it: 'ours', 'others', '' while it is disarmed."""
+        return self.holder.value if self.holder is not Holder.NOBODY else ''
+
+    @property
+    def failsafe(self) -> str:
+        """The autopilot's failsafe that has it, '' if none is known of."""
+        return self._failsafe.name
+
+    @property
     def commandable(self) -> bool:
         """Velocity setpoints would be obeyed, given a living link."""
-        task = self._task.request
         return (
             self._vehicle.custom_mode == self.own_mode and self._vehicle.armed and self.airborne
-            and self.holder is Holder.OURS and (task is None or task.goal not in (Goal.TAKEOFF, Goal.LAND))
+            and self.holder is Holder.OURS and not self._task.goal_is(Goal.TAKEOFF, Goal.LAND, Goal.TAKE_OVER)
         )
 
     @property
@@ -123,29 +134,48 @@ class Machine(ABC):
     def _waiting_idle(self) -> str:
         if not self.ready:
             return ', '.join(self.missing())
-        if not (self._vehicle.armed and self._vehicle.in_air):
-            return ''
-        if self.holder is Holder.OTHERS:
-            return f'{self.own} mode (it is {self.mode}; {self._taken}{self._way_back()})'
-        if self._vehicle.custom_mode != self.own_mode:
-            return f'{self.own} mode (it is {self.mode}{self._way_back()})'
-        return ''
+        away = self._vehicle.armed and self._vehicle.in_air and self.holder is Holder.OTHERS
+        return f'mavlink_bridge/take_over: {self._lost}' if away else ''
 
     def _way_back(self) -> str:
         """How a person gives us a vehicle that flies without us, as the end of a sentence."""
         vehicle = self._vehicle
-        away = self.holder is Holder.OTHERS or vehicle.custom_mode != self.own_mode
-        return '; mavlink_bridge/takeoff takes over' if vehicle.armed and vehicle.in_air and away else ''
+        away = self.holder is Holder.OTHERS and vehicle.armed and vehicle.in_air
+        return '; mavlink_bridge/take_over takes it over' if away else ''
+
+    @property
+    def _lost(self) -> str:
+        """Why an armed vehicle is not ours, and in which mode it is."""
+        return f'{self._has_it or self._ownership.why} (it is in {self.mode})'
+
+    @property
+    def _has_it(self) -> str:
+        return f'the failsafe "{self.failsafe}" has it' if self.failsafe else ''
+
+    def wanted(self) -> tuple[tuple[int, float], ...]:
+        """(message id, rate in Hz) to ask for now."""
+        return self.intervals
 
     # -- requests ----------------------------------------------------------------------------
     def ask(self, request: Request) -> None:
-        """Begin a goal; one that is under way is given up."""
-        first = {Goal.TAKEOFF: Phase.READY, Goal.LAND: Phase.MODE}
-        self._task.begin(request, first.get(request.goal, Phase.ARM))
-        if request.goal is Goal.TAKEOFF:
-            self._asked_back, self.holder = self.holder is Holder.OTHERS, Holder.NOBODY  # A person gives it to us.
-        if request.goal is Goal.LAND and not self._vehicle.armed:
-            self._task.finish('disarmed already', failed=False)
+        """Begin a goal, or refuse it; one that is under way is given up."""
+        task, armed = self._task, self._vehicle.armed
+        why = refusal(request.goal, Situation(
+            task, self._vehicle, self.holder is Holder.OURS, self.commandable, self.waiting_for, self._lost, self._has_it,
+        ))
+        if why:
+            request.answer(False, f'{request.goal.value} refused: {why}')
+            return
+        self._was_armed = armed
+        given_up = f'; the {task.goal} is given up' if task.request is not None else ''
+        task.begin(request, self._first_phase(request.goal))
+        if not armed and (request.goal is Goal.LAND or (request.goal is Goal.DISARM and given_up)):
+            task.finish(f'disarmed already{given_up}', failed=False)
+
+    def _first_phase(self, goal: Goal) -> Phase:
+        if goal is Goal.TAKE_OVER:
+            return Phase.STREAM if self.streams else Phase.MODE
+        return {Goal.TAKEOFF: Phase.READY, Goal.LAND: Phase.MODE}.get(goal, Phase.ARM)
 
     def lose_link(self) -> None:
         """The link is lost: goals end, nothing is repeated when it comes back."""
@@ -155,6 +185,10 @@ class Machine(ABC):
         """We leave it, after `farewell`: only a landing goes on."""
         if self._task.request is not None and self._task.request.goal is not Goal.LAND:
             self._task.give_up('the bridge was deactivated')
+
+    def observe(self, message: Message, now_s: float) -> None:
+        """A message of the autopilot has arrived; its facts are taken in already."""
+        return
 
     # -- setpoints ---------------------------------------------------------------------------
     def setpoint(
@@ -166,6 +200,7 @@ class Machine(ABC):
     # -- steps -------------------------------------------------------------------------------
     def step(self, now_s: float) -> list[Message]:
         """What to send now."""
+        self._failsafe.look(self._vehicle, self.mode, now_s)
         self._watch_holder()
         if self.commandable:
             self._task.failure = ''  # However it came to fly, it does.
@@ -178,27 +213,30 @@ class Machine(ABC):
 
     def _watch_holder(self) -> None:
         vehicle, task = self._vehicle, self._task
+        away = vehicle.custom_mode != self.own_mode
         if not vehicle.armed:
-            self.holder = Holder.NOBODY
-        elif vehicle.custom_mode == self.own_mode:
-            if self.holder is Holder.NOBODY:
-                self._meet()
-            self._asked_back = False
-        elif self.holder is Holder.OURS and not (task.request is not None and task.request.goal is Goal.LAND):
-            self.holder, self._taken = Holder.OTHERS, f'{self.mode} was set by someone else or a failsafe'
-        elif self._asked_back and task.request is None:
-            self.holder = Holder.OTHERS  # It could not be given back.
-        gone = vehicle.custom_mode != self.own_mode or self.holder is Holder.OTHERS
-        if gone and task.in_own_mode:
-            task.give_up(f'{self.mode} was set by someone else or a failsafe')
+            self._ownership.rest()
+        elif task.in_own_mode and not away and self.holder is not Holder.OURS:
+            self._claim()
+        elif self.holder is Holder.NOBODY:
+            self._ownership.lose('somebody else flies it, or a bridge before this one')
+        elif self.holder is Holder.OURS and away and not task.goal_is(Goal.LAND):
+            self._ownership.lose(self._mode_set)
+        if task.in_own_mode and away:
+            task.give_up(self._mode_set)
+        elif task.goal_is(Goal.TAKEOFF) and not task.in_own_mode and vehicle.armed and (vehicle.in_air or not self._was_armed):
+            task.give_up('somebody else armed it')
+        elif task.goal_is(Goal.TAKE_OVER) and not vehicle.armed:
+            task.give_up('it was disarmed')
 
-    def _meet(self) -> None:
-        """It is armed in our mode: ours, unless we would have to stream into a flight that is not of our making."""
-        taking_off = self._task.request is not None and self._task.request.goal is Goal.TAKEOFF
-        if taking_off or not self.streams:
-            self.holder = Holder.OURS
-        else:
-            self.holder, self._taken = Holder.OTHERS, 'somebody else flies it, or a bridge before this one'
+    def _claim(self) -> None:
+        self._ownership.claim()
+
+    @property
+    def _mode_set(self) -> str:
+        """Another mode was set without our asking."""
+        by = f'the failsafe "{self.failsafe}"' if self.failsafe else 'someone else or a failsafe'
+        return f'{self.mode} was set by {by}'
 
     def _answer_of(self, what: str, now_s: float) -> Progress:
         return self._task.answer_of(what, () if self.ready else self.missing(), now_s)
@@ -217,10 +255,8 @@ class Machine(ABC):
             request.answer(True, 'landing')
             self._task.enter(Phase.DOWN, now_s)
             return []
-        if self._vehicle.armed and self.airborne:
-            request.answer(True, f'in the air already; {self.own} mode is set')
-            self._task.finish(failed=False)
-            return []
+        if request.goal is Goal.TAKE_OVER:
+            return self._begin_own(request, now_s)
         self._task.enter(Phase.ARM, now_s)
         return self._steps[Phase.ARM](request, now_s)
 
@@ -238,8 +274,11 @@ class Machine(ABC):
         return []
 
     def _come_down(self, request: Request, now_s: float) -> list[Message]:
-        if not self._vehicle.armed:
+        vehicle = self._vehicle
+        if not vehicle.armed:
             self._task.finish(failed=False)
-        elif self._vehicle.custom_mode != self.land_mode:
-            self._task.give_up(f'{self.mode} was set by someone else or a failsafe')
+        elif vehicle.custom_mode != self.land_mode and vehicle.heartbeat_at_s >= vehicle.mode_at_s:
+            # Not before a heartbeat: PX4 tells the mode at once, and only there that it has disarmed.
+            self._task.give_up(self._mode_set)
+            self._ownership.lose(self._mode_set)
         return []

@@ -9,11 +9,13 @@ from typing import Any
 
 from pymavlink.dialects.v20 import ardupilotmega
 
+from advise_ros.mavlink import current_mode
 from advise_ros.mavlink.frames import Vector, ned_from_enu, yaw_rate_enu_from_ned
 
 Message = Any  # pymavlink has no types: a decoded dialect.MAVLink_message
 dialect = ardupilotmega
 MAVError = dialect.MAVError
+current_mode.register()
 
 HEARTBEAT = int(dialect.MAVLINK_MSG_ID_HEARTBEAT)
 SYS_STATUS = int(dialect.MAVLINK_MSG_ID_SYS_STATUS)
@@ -26,12 +28,19 @@ GPS_RAW_INT = int(dialect.MAVLINK_MSG_ID_GPS_RAW_INT)
 ESTIMATOR_STATUS = int(dialect.MAVLINK_MSG_ID_ESTIMATOR_STATUS)
 ODOMETRY = int(dialect.MAVLINK_MSG_ID_ODOMETRY)
 TIMESYNC = int(dialect.MAVLINK_MSG_ID_TIMESYNC)
+POSITION_TARGET_LOCAL_NED = int(dialect.MAVLINK_MSG_ID_POSITION_TARGET_LOCAL_NED)
 PARAM_VALUE = int(dialect.MAVLINK_MSG_ID_PARAM_VALUE)
 STATUSTEXT = int(dialect.MAVLINK_MSG_ID_STATUSTEXT)
+CURRENT_MODE = current_mode.NUMBER
 
 AUTOPILOT_ARDUPILOT = int(dialect.MAV_AUTOPILOT_ARDUPILOTMEGA)
 AUTOPILOT_PX4 = int(dialect.MAV_AUTOPILOT_PX4)
 AUTOPILOT_NAMES = {AUTOPILOT_ARDUPILOT: 'ardupilot', AUTOPILOT_PX4: 'px4'}
+
+# MAV_STATE of an autopilot that a failsafe has: critical, emergency, termination.
+FAILSAFE_STATES = frozenset((
+    int(dialect.MAV_STATE_CRITICAL), int(dialect.MAV_STATE_EMERGENCY), int(dialect.MAV_STATE_FLIGHT_TERMINATION),
+))
 
 MODE_FLAG_ARMED = int(dialect.MAV_MODE_FLAG_SAFETY_ARMED)
 HEALTH_PREARM_CHECK = int(dialect.MAV_SYS_STATUS_PREARM_CHECK)

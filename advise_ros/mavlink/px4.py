@@ -1,8 +1,11 @@
 """PX4's OFFBOARD mode as a state machine.
 
 PX4 wants a stream of setpoints before OFFBOARD is asked for, leaves OFFBOARD 1 s after it pauses, and comes
-back by itself when the stream does. So the stream begins with a take-off, never pauses in OFFBOARD, and ends
-with OFFBOARD: a vehicle that somebody else took hears nothing more from us.
+back by itself when the stream does. So the stream begins with a take-off or a take-over, never pauses in
+OFFBOARD, and ends with OFFBOARD: a vehicle that somebody else or a failsafe took hears nothing more from us.
+
+After a landing out of OFFBOARD it is disarmed in OFFBOARD, where its pre-arm check fails for want of a stream
+and says nothing else: a take-off streams there before it waits for readiness.
 """
 
 from __future__ import annotations
@@ -13,10 +16,11 @@ from types import MappingProxyType
 from advise_ros.mavlink import messages as mav
 from advise_ros.mavlink.frames import Vector
 from advise_ros.mavlink.hold import NO_PLACE, PROMPT_S, Hold
-from advise_ros.mavlink.machine import Holder, Machine, Step
+from advise_ros.mavlink.machine import Machine, Step
 from advise_ros.mavlink.messages import Message
+from advise_ros.mavlink.ownership import Holder
 from advise_ros.mavlink.requests import Goal, Request
-from advise_ros.mavlink.undertaking import Phase
+from advise_ros.mavlink.task import Phase
 from advise_ros.mavlink.vehicle import Vehicle
 
 # custom_mode is main mode << 16 | sub mode << 24.
@@ -39,13 +43,16 @@ CLIMB_S, CLIMB_S_PER_M = 20.0, 5.0
 
 
 class Px4(Machine):
-    """READY -> STREAM -> MODE (OFFBOARD) -> ARM -> CLIMB by velocity, then setpoints; MODE (LAND) -> DOWN."""
+    """READY -> STREAM -> MODE (OFFBOARD) -> ARM -> CLIMB by velocity, then setpoints; MODE (LAND) -> DOWN.
+
+    A take-over: STREAM -> MODE (OFFBOARD).
+    """
 
     modes, own_mode, land_mode = MODES, OFFBOARD, LAND
     mode_params = MappingProxyType({OFFBOARD: (6, 0), LAND: (4, 6)})
     intervals = (
         (mav.EXTENDED_SYS_STATE, 5.0), (mav.SYS_STATUS, 2.0), (mav.ESTIMATOR_STATUS, 4.0), (mav.GPS_RAW_INT, 4.0),
-        (mav.ODOMETRY, 2.0),
+        (mav.ODOMETRY, 2.0), (mav.CURRENT_MODE, 10.0),
     )
     streams = True
     texts_to_ground_stations_only = True
@@ -62,9 +69,17 @@ class Px4(Machine):
         }
 
     def missing(self) -> tuple[str, ...]:
-        health = self._vehicle.health
+        """Without a stream the pre-arm check says nothing in OFFBOARD: a take-off makes it speak."""
         position = () if self._vehicle.position_fresh else ('position',)
-        return position if health is not None and health & mav.HEALTH_PREARM_CHECK else (*position, 'pre-arm check')
+        health = self._vehicle.health
+        checked = health is not None and (bool(health & mav.HEALTH_PREARM_CHECK) or self._is_mute)
+        return position if checked else (*position, 'pre-arm check')
+
+    @property
+    def _is_mute(self) -> bool:
+        """Disarmed in OFFBOARD, where only a stream lets the pre-arm check pass, and none is on."""
+        disarmed_there = not self._vehicle.armed and self._vehicle.custom_mode == OFFBOARD
+        return disarmed_there and not self._task.goal_is(Goal.TAKEOFF)
 
     @property
     def airborne(self) -> bool:
@@ -72,17 +87,19 @@ class Px4(Machine):
 
     def farewell(self, now_s: float) -> list[Message]:
         """Hold, in a climb too: the end of the stream would be a loss, which by default makes it sink or return."""
-        landing = self._task.request is not None and self._task.request.goal is Goal.LAND
-        ours = self._vehicle.armed and self._vehicle.custom_mode == OFFBOARD and self.holder is Holder.OURS
-        if self._vehicle.target is None or landing or not ours:
+        landing = self._task.goal_is(Goal.LAND)
+        # That it is armed shows only in the next heartbeat.
+        climbs = self._task.goal_is(Goal.TAKEOFF) and self._task.phase is Phase.CLIMB
+        ours = climbs or (self._vehicle.armed and self.holder is Holder.OURS)
+        if self._vehicle.target is None or landing or not ours or self._vehicle.custom_mode != OFFBOARD:
             return []
         return [*self._setpoint(now_s, 0.0), mav.command(self._vehicle.target, mav.CMD_SET_MODE, 1, *SET_LOITER)]
 
     def let_go(self) -> None:
-        """The stream has ended with the hold; from here only a take-off leads back to OFFBOARD."""
+        """The stream has ended with the hold; from here only a take-over leads back to OFFBOARD."""
         super().let_go()
         if self.holder is Holder.OURS:
-            self.holder, self._taken = Holder.OTHERS, 'it was made to hold when the bridge was deactivated'
+            self._ownership.lose('it was made to hold when the bridge was deactivated')
 
     # -- steps -------------------------------------------------------------------------------
     def setpoint(
@@ -113,7 +130,14 @@ class Px4(Machine):
             self._task.enter(Phase.STREAM, now_s)
             return self._stream(now_s)
         self._task.wait_ready(self.missing(), self._ready_timeout_s, now_s)
-        return []
+        streams = self._task.request is not None and self._vehicle.custom_mode == OFFBOARD
+        return self._stream(now_s) if streams else []
+
+    def _begin_own(self, request: Request, now_s: float) -> list[Message]:
+        self._claim()
+        request.answer(True, 'taken over; it stands until it is commanded')
+        self._task.finish(failed=False)
+        return self._stream(now_s)
 
     def _begin_stream(self, request: Request, now_s: float) -> list[Message]:
         if now_s - self._task.phase_s >= STREAM_S:

@@ -23,6 +23,8 @@ ASKS_IN_A_ROW, ASK_SELDOM_S = 30, 10.0
 # What only doubts come from, and what not every autopilot has, is asked for so often in a row.
 ASKS_FOR_DOUBTS = 5
 DOUBTS = frozenset({mav.GPS_RAW_INT, mav.ESTIMATOR_STATUS, mav.ODOMETRY})
+# What some autopilots do not know, and complain of in a text, is asked for so often until it came once.
+OPTIONAL, OPTIONAL_ASKS = frozenset((mav.CURRENT_MODE,)), 3
 
 
 @dataclass
@@ -60,6 +62,8 @@ class RateWatch:
         periods_s = SILENT_PERIODS / rate_hz
         self._count(watched, number, rate_hz * ENOUGH, max(WINDOW_S, periods_s), now_s)
         silent = now_s - self._vehicle.heard_at_s.get(number, -math.inf) > max(SILENT_S, periods_s)
+        if number in OPTIONAL and watched.asks >= OPTIONAL_ASKS and not self._vehicle.heard[number]:
+            return False
         in_a_row = ASKS_FOR_DOUBTS if number in DOUBTS else ASKS_IN_A_ROW
         wait_s = ASK_S if watched.asks < in_a_row else ASK_SELDOM_S
         if watched.asks and not ((silent or watched.seldom) and now_s - watched.asked_s >= wait_s):

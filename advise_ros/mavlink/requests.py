@@ -28,6 +28,7 @@ class Goal(Enum):
     DISARM = 'disarm'
     TAKEOFF = 'take-off'
     LAND = 'landing'
+    TAKE_OVER = 'take-over'
 
 
 class Reply(NamedTuple):

@@ -74,6 +74,9 @@ class Vehicle:
         text_goes_on: `text` is the begin of a longer one.
         doubt: why its position is not to be trusted, in words, '' if it is.
         round_trip_s: how long a message takes there and back, infinite while that is unknown.
+        custom_mode, mode_at_s: the mode that is flown, and when it was first heard of.
+        diverted: it says that it flies another mode than the one that was commanded.
+        failsafe_text: its last text that names a failsafe.
         heard_at_s, heard: when each message came last, and how often so far.
     """
 
@@ -88,6 +91,9 @@ class Vehicle:
     heard_s: float = -math.inf
     armed: bool = False
     custom_mode: int | None = None
+    mode_at_s: float = -math.inf
+    diverted: bool = False
+    system_status: int = 0
     health: int | None = None
     ekf_flags: int | None = None
     landed_state: int = 0
@@ -97,6 +103,8 @@ class Vehicle:
     text: str = ''
     text_goes_on: bool = False
     text_at_s: float = -math.inf
+    failsafe_text: str = ''
+    failsafe_text_at_s: float = -math.inf
     acks: list[Ack] = field(default_factory=list)
     doubt: str = ''
     round_trip_s: float = math.inf
@@ -124,6 +132,11 @@ class Vehicle:
         """Position and velocity that a place may be made from; None while they are old or the estimator is in doubt."""
         fresh = self.motion is not None and now_s - self.motion.at_s <= FRESH_S
         return self.motion if fresh and not self.doubt else None
+
+    @property
+    def in_failsafe(self) -> bool:
+        """By the state of its heartbeat, or because it flies another mode than the one that was commanded."""
+        return self.system_status in mav.FAILSAFE_STATES or self.diverted
 
     @property
     def in_air(self) -> bool:
@@ -169,8 +182,17 @@ class Vehicle:
             return
         self.autopilot = int(message.autopilot)
         self.armed = bool(message.base_mode & mav.MODE_FLAG_ARMED)
-        self.custom_mode = int(message.custom_mode)
+        self.system_status = int(message.system_status)
         self.heartbeat_at_s = now_s
+        self._set_mode(int(message.custom_mode), now_s)
+
+    def _on_current_mode(self, message: Message, now_s: float) -> None:
+        self._set_mode(int(message.custom_mode), now_s)
+        self.diverted = message.intended_custom_mode not in (0, message.custom_mode)
+
+    def _set_mode(self, mode: int, now_s: float) -> None:
+        if mode != self.custom_mode:
+            self.custom_mode, self.mode_at_s, self.diverted = mode, now_s, False
 
     def _on_sys_status(self, message: Message, now_s: float) -> None:
         self.health = int(message.onboard_control_sensors_health)
@@ -230,12 +252,16 @@ class Vehicle:
             part = (text + part)[:LONGEST_TEXT]
         self._chunks = (number, chunk, part)
         self.text, self.text_at_s = part.strip(), now_s
+        words = self.text.lower()
+        if 'failsafe' in words and 'clear' not in words:
+            self.failsafe_text, self.failsafe_text_at_s = self.text, now_s
 
     def forget_silent(self, now_s: float) -> None:
         """Readiness and landed state that were not heard lately are unknown."""
         for message_id, name, unknown in (
             (mav.EKF_STATUS_REPORT, 'ekf_flags', None), (mav.SYS_STATUS, 'health', None),
-            (mav.EXTENDED_SYS_STATE, 'landed_state', 0), (mav.LOCAL_POSITION_NED, 'position_fresh', False),
+            (mav.EXTENDED_SYS_STATE, 'landed_state', 0), (mav.CURRENT_MODE, 'diverted', False),
+            (mav.LOCAL_POSITION_NED, 'position_fresh', False),
         ):
             if now_s - self.heard_at_s.get(message_id, -math.inf) > FACT_S:
                 setattr(self, name, unknown)
@@ -250,6 +276,7 @@ class Vehicle:
 
 _HANDLERS: dict[int, Callable[[Vehicle, Message, float], None]] = {
     mav.HEARTBEAT: Vehicle._on_heartbeat,
+    mav.CURRENT_MODE: Vehicle._on_current_mode,
     mav.SYS_STATUS: Vehicle._on_sys_status,
     mav.EKF_STATUS_REPORT: Vehicle._on_ekf,
     mav.EXTENDED_SYS_STATE: Vehicle._on_landed,

@@ -9,10 +9,8 @@ import time
 
 import rclpy
 from geometry_msgs.msg import TwistStamped
-from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.clock import Clock, ClockType
-from rclpy.task import Future
-from std_srvs.srv import SetBool, Trigger
+from std_srvs.srv import Trigger
 
 from advise_ros.config import MavlinkBridgeConfig
 from advise_ros.core import guard
@@ -23,6 +21,7 @@ from advise_ros.mavlink.requests import Goal, Request
 from advise_ros.mavlink.signing import optional_key
 from advise_ros.mavlink.stamps import NS_PER_MS
 from advise_ros.mavlink.vehicle import Attitude, Motion
+from advise_ros.nodes.bridge_services import BridgeServices
 from advise_ros.nodes.guard import (
     FENCE_OFF,
     answer_release,
@@ -35,9 +34,11 @@ from advise_ros.nodes.guard import (
 )
 from advise_ros.ros import diagnostics, parameters, qos, run
 from advise_ros.ros.autopilot_clock import ClockTeller
+from advise_ros.ros.change_log import ChangeLog
 from advise_ros.ros.convert import MAP_FRAME
 from advise_ros.ros.managed import ManagedNode
 from advise_ros.ros.simulated_clock import REMEDY
+from advise_ros.ros.vehicle_log import VehicleLog
 from advise_ros.ros.vehicle_teller import STATUS_PERIOD_S, VehicleTeller
 
 LINK_CLOSED = 'the bridge was cleaned up and its link is closed'
@@ -49,15 +50,17 @@ class MavlinkBridge(ManagedNode):
     Publishes `pose` (PoseStamped, ENU, frame map), `vehicle_status` and `battery_state`. Flies `cmd_vel`
     (TwistStamped, frame map) as velocity setpoints while the vehicle is in the air in GUIDED (ArduPilot) or
     OFFBOARD (PX4); every command passes the guard first (see the node guard). A stale command becomes zero
-    velocity. A mode that somebody else sets is respected: nothing is sent until take-off is asked again.
-    Time-outs are in real seconds, also when a simulation runs faster.
+    velocity. A bridge owns nothing that it did not take off or take over: what somebody else flies, a mode that
+    somebody else or a failsafe sets, and (ArduPilot) setpoints of somebody else end its commands until
+    `mavlink_bridge/take_over` is asked for. Time-outs are in real seconds, also when a simulation runs faster.
 
-    Services: `mavlink_bridge/arm` (std_srvs/SetBool), `mavlink_bridge/takeoff` and `mavlink_bridge/land`
-    (std_srvs/Trigger). They begin the action and say at once whether the autopilot accepts, in its words;
-    `vehicle_status` shows the progress. `mavlink_bridge/stop` holds the vehicle at zero velocity until
+    Services: `mavlink_bridge/arm` (std_srvs/SetBool), `mavlink_bridge/takeoff`, `mavlink_bridge/land` and
+    `mavlink_bridge/take_over` (std_srvs/Trigger), which commands a vehicle that flies without this bridge. They
+    begin the action and say at once whether the autopilot accepts, in its words; one that is refused changes
+    nothing. `vehicle_status` shows the progress and the owner. `mavlink_bridge/stop` holds the vehicle at zero velocity until
     `mavlink_bridge/release` (std_srvs/Trigger).
 
-    A managed node: to deactivate it in flight makes an ArduPilot stand in GUIDED and a PX4 hold (only a take-off
+    A managed node: to deactivate it in flight makes an ArduPilot stand in GUIDED and a PX4 hold (only take_over
     leads back from there). While it is inactive it tells what the vehicle says, lands it and disarms it when
     asked, and sends nothing else. Cleaning it up closes the link.
 
@@ -75,7 +78,7 @@ class MavlinkBridge(ManagedNode):
         self._companion = Companion(self._settings())
         self._link: Link | None = None
         self._started = False
-        self._pending: list[tuple[Request, Future]] = []
+        self._changes = VehicleLog(ChangeLog(self.get_logger()))
         self._reason = ''
         self._diagnosed: tuple[Status, str] | None = None
         self._diagnosed_s = -math.inf
@@ -96,10 +99,7 @@ class MavlinkBridge(ManagedNode):
 
     def _make_entities(self) -> None:
         self._wake = self.create_guard_condition(self._on_link)
-        group = ReentrantCallbackGroup()
-        self.create_service(SetBool, 'mavlink_bridge/arm', self._on_arm, callback_group=group)
-        self.create_service(Trigger, 'mavlink_bridge/takeoff', self._on_takeoff, callback_group=group)
-        self.create_service(Trigger, 'mavlink_bridge/land', self._on_land, callback_group=group)
+        self._services = BridgeServices(self, self._begin)
         self.create_service(Trigger, 'mavlink_bridge/stop', lambda _, response: answer_stop(self._monitor, response))
         self.create_service(Trigger, 'mavlink_bridge/release', lambda _, response: answer_release(self._monitor, response))
         self._tick = self.create_timer(
@@ -131,14 +131,12 @@ class MavlinkBridge(ManagedNode):
         self._transmit(self._companion.rest(f'{self.get_fully_qualified_name()} is inactive', time.monotonic()))
         self._monitor.clear()
         self._reason = ''
-        self._answer_requests()
+        self._services.answer()
 
     def close_down(self) -> None:
         self._tick.cancel()
         self._close_link()
-        for asked, _ in self._pending:
-            asked.answer(accepted=False, message=f'{asked.goal.value} given up: {LINK_CLOSED}')
-        self._answer_requests()
+        self._services.give_up(LINK_CLOSED)
         self._companion = Companion(self._settings())
         now_s = time.monotonic()
         self._teller.tell(self._companion.status(now_s)._replace(waiting_for=LINK_CLOSED), now_s)
@@ -186,8 +184,10 @@ class MavlinkBridge(ManagedNode):
 
     def _step(self, link: Link, now_s: float) -> None:
         self._transmit(self._companion.step(now_s, link.problem or link.doubt))
-        self._answer_requests()
-        self._teller.tell(self._companion.status(now_s), now_s)
+        self._services.answer()
+        status = self._companion.status(now_s)
+        self._changes.look(status, now_s)
+        self._teller.tell(status, now_s)
 
     def _transmit(self, messages: list[Message]) -> None:
         for message in messages:
@@ -231,42 +231,27 @@ class MavlinkBridge(ManagedNode):
             self._transmit([setpoint])
 
     # -- services ----------------------------------------------------------------------------
-    async def _on_arm(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
-        return await self._ask(Goal.ARM if request.data else Goal.DISARM, response)
-
-    async def _on_takeoff(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        if self._link is not None and self._altitude_m <= 0.0:
-            response.success = False
-            response.message = "take-off refused: its altitude is unknown; set the parameter 'takeoff_altitude_m' or 'grid_file'"
-            return response
-        problem = self._teller.simulated_clock.problem(time.monotonic())
-        if self._link is not None and problem:
-            response.success, response.message = False, f'take-off refused: {problem}; {REMEDY}'
-            return response
-        return await self._ask(Goal.TAKEOFF, response)
-
-    async def _on_land(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        return await self._ask(Goal.LAND, response)
-
-    async def _ask(self, goal: Goal, response: Trigger.Response) -> Trigger.Response:
-        if self._link is None:
-            response.success, response.message = False, f'{goal.value} refused: {self.why_idle}'
-            return response
+    def _begin(self, goal: Goal) -> Request:
+        """Begin a goal; what this node itself has against it is its refusal."""
         now_s = time.monotonic()
+        why = self._obstacle(goal, now_s)
+        if why or self._link is None:
+            refused = Request(goal, now_s)
+            refused.answer(accepted=False, message=f'{goal.value} refused: {why}')
+            return refused
         asked = self._companion.ask(goal, now_s, self._altitude_m)
-        answered: Future = Future()
-        self._pending.append((asked, answered))
         self._step(self._link, now_s)
-        reply = await answered
-        response.success, response.message = reply
-        self.get_logger().info(f'{goal.value}: {reply.message}')
-        return response
+        return asked
 
-    def _answer_requests(self) -> None:
-        for asked, answered in self._pending:
-            if asked.reply is not None:
-                answered.set_result(asked.reply)
-        self._pending = [(asked, answered) for asked, answered in self._pending if asked.reply is None]
+    def _obstacle(self, goal: Goal, now_s: float) -> str:
+        if self._link is None:
+            return self.why_idle
+        if goal is not Goal.TAKEOFF:
+            return ''
+        if self._altitude_m <= 0.0:
+            return "its altitude is unknown; set the parameter 'takeoff_altitude_m' or 'grid_file'"
+        problem = self._teller.simulated_clock.problem(now_s)
+        return f'{problem}; {REMEDY}' if problem else ''
 
     # -- diagnostics -------------------------------------------------------------------------
     def _diagnose(self, link: Link) -> None:

@@ -42,6 +42,7 @@ class ArduCopter(Autopilot):
         mode = self._failsafe.wanted(self._parameters['FS_GCS_ENABLE'], self._parameters['FS_GCS_TIMEOUT'], self.vehicle.now_s)
         if mode is not None and self.vehicle.armed:
             self.vehicle.say(f'Ground station lost: {mode.name}')
+            self.vehicle.failsafe_acted = True
             self._mode(mode)
         if self.vehicle.crosses_fence() and (action := FENCE_ACTIONS.get(round(self._parameters['FENCE_ACTION']))):
             self.vehicle.say('Fence Breached')
@@ -59,6 +60,7 @@ class ArduCopter(Autopilot):
     def _on_heartbeat(self, message: Message) -> list[Message]:
         if message.get_srcSystem() == GROUND_STATION_SYSTEM_ID:
             self._failsafe.hear(self.vehicle.now_s)
+            self.vehicle.failsafe_acted = False
         return []
 
     def _parameters_changed(self) -> None:

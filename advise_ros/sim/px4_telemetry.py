@@ -10,6 +10,8 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 from scipy.spatial.transform import Rotation
 
 from advise_ros.mavlink import frames
+from advise_ros.mavlink.current_mode import NUMBER as CURRENT_MODE
+from advise_ros.mavlink.current_mode import CurrentMode
 from advise_ros.sim import telemetry, truth
 from advise_ros.sim.geography import ned
 from advise_ros.sim.px4_vehicle import Px4Vehicle
@@ -38,6 +40,11 @@ def odometry(vehicle: Px4Vehicle) -> Message:
     )
 
 
+def current_mode(vehicle: Px4Vehicle) -> Message:
+    """The mode that is flown, and the one that was commanded: in a failsafe they differ."""
+    return CurrentMode(0, int(vehicle.mode), int(vehicle.intended if vehicle.in_failsafe else vehicle.mode))
+
+
 def _velocity_frd(vehicle: Px4Vehicle) -> tuple[float, float, float]:
     forward, left, up = (float(part) for part in vehicle.state.estimated_velocity_enu_m_s @ _axes(vehicle))
     return frames.flu_from_frd((forward, left, up))
@@ -56,5 +63,6 @@ BUILDERS: dict[int, Callable[[Any], Message | None]] = {
 } | {
     mavlink.MAVLINK_MSG_ID_ESTIMATOR_STATUS: estimator_status,
     mavlink.MAVLINK_MSG_ID_ODOMETRY: odometry,
+    CURRENT_MODE: current_mode,
     mavlink.MAVLINK_MSG_ID_HIL_STATE_QUATERNION: truth.hil_state_quaternion,
 }

@@ -59,6 +59,11 @@ class Px4Vehicle(Vehicle):
         self.estimator = Px4Filter(Wander(self._config.drift_m_s, rng, step_s), rng, step_s)
 
     @property
+    def in_failsafe(self) -> bool:
+        """OFFBOARD was commanded, and something else is flown."""
+        return self.armed and self.intended is Px4Mode.OFFBOARD and self.mode is not Px4Mode.OFFBOARD
+
+    @property
     def has_position(self) -> bool:
         return self.sees_satellites
 

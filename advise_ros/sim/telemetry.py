@@ -33,6 +33,7 @@ OTHER_BITS = ACCELERATION_BITS | YAW_BIT | YAW_RATE_BIT
 def heartbeat(vehicle: Vehicle) -> Message:
     flags = mavlink.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED | (mavlink.MAV_MODE_FLAG_SAFETY_ARMED if vehicle.armed else 0)
     status = mavlink.MAV_STATE_ACTIVE if vehicle.armed else mavlink.MAV_STATE_STANDBY
+    status = mavlink.MAV_STATE_CRITICAL if vehicle.in_failsafe else status
     return mavlink.MAVLink_heartbeat_message(
         mavlink.MAV_TYPE_QUADROTOR, vehicle.autopilot_id, flags, int(vehicle.mode), status, 3,
     )

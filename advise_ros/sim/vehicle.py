@@ -52,6 +52,7 @@ class Vehicle:
     Attributes:
         satellites, satellite_shift_m: whether there are any, and by how much they mislead, east and north.
         fence: the autopilot's own.
+        failsafe_acted: one has set a mode, and its cause lasts.
     """
 
     autopilot_id: ClassVar[int] = int(mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA)
@@ -83,7 +84,13 @@ class Vehicle:
         self._contact_since_s: float | None = None
         self._outside = False
         self._texts: list[str] = []
+        self.failsafe_acted = False
         self._new_filter()
+
+    @property
+    def in_failsafe(self) -> bool:
+        """As the state in its heartbeat says."""
+        return self.failsafe_acted
 
     def _new_filter(self) -> None:
         self.filter = ArduPilotFilter(self._filter_rng, self._config.step_s)
@@ -237,6 +244,7 @@ class Vehicle:
             self.say(text)
         if self.filter.lands and self.airborne and self.armed and self.mode is not Mode.LAND:
             self.say('EKF Failsafe: changed to LAND Mode')
+            self.failsafe_acted = True
             self.flight.enter(Mode.LAND)
 
     def _believe(self, filter_: ArduPilotFilter | Px4Filter) -> None:

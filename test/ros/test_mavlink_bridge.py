@@ -181,6 +181,26 @@ def test_garbage_reaches_no_pose_and_a_mode_of_somebody_elses_ends_the_commandin
         assert peer.copter.mode == RTL
 
 
+def test_a_bridge_that_starts_anew_commands_only_after_take_over(graph: Graph, free_udp_port: int) -> None:
+    bridge = start(graph, free_udp_port)
+    with UdpPeer(ScriptedCopter(), free_udp_port) as peer:
+        fly(graph, peer)
+        bridge.signal(signal.SIGKILL)
+        bridge.wait_exit()
+        start(graph, free_udp_port)
+        status = wait_status(graph, lambda s: s.owner == 'others', new=True)
+        assert not status.commandable
+        assert 'somebody else flies it, or a bridge before this one' in status.waiting_for
+        peer.copter.setpoints.clear()
+        commands = graph.publisher('cmd_vel', TwistStamped, qos.COMMAND)
+        commands.publish(velocity(1.0, 0.0))
+        refused = graph.call(Trigger, 'mavlink_bridge/takeoff')
+        assert not refused.success and 'mavlink_bridge/take_over takes it over' in refused.message
+        assert not peer.copter.setpoints
+        assert graph.call(Trigger, 'mavlink_bridge/take_over').success
+        wait_status(graph, lambda s: s.commandable and s.owner == 'ours', new=True)
+
+
 def test_simulated_time_without_a_clock_is_waited_for_in_words(graph: Graph, free_udp_port: int) -> None:
     start(graph, free_udp_port, use_sim_time=True)
     clock = graph.publisher('/clock', Clock, qos.COMMAND)

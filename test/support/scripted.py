@@ -20,7 +20,11 @@ CLIMB_M_S = 2.0
 # What it can send; whatever else is asked for fails.
 SENDS = frozenset({
     mav.HEARTBEAT, mav.LOCAL_POSITION_NED, mav.ATTITUDE, mav.EKF_STATUS_REPORT, mav.EXTENDED_SYS_STATE, mav.SYS_STATUS,
+    mav.POSITION_TARGET_LOCAL_NED, mav.CURRENT_MODE,
 })
+# GUID_TIMEOUT: without setpoints for so long it stands.
+GUIDED_TIMEOUT_S = 3.0
+ONLY_PLACE, ONLY_VELOCITY = 0x0DF8, 0x0C07
 REFUSAL = 'Arm: Need Position Estimate'
 
 
@@ -33,6 +37,9 @@ class ScriptedCopter:
         deaf: command numbers that get no answer and have no effect.
         lose_acks: command numbers that have their effect without an ACK.
         silent: message ids that are never sent, whatever is asked.
+        unknown: message ids that it does not know.
+        failsafe: whether its heartbeat says that a failsafe has it.
+        target: mask, place and velocity (NED) that it follows in GUIDED, None before any.
         disturbed: setpoints that came during a take-off, which they would end.
     """
 
@@ -43,11 +50,15 @@ class ScriptedCopter:
     deaf: set[int] = field(default_factory=set)
     lose_acks: set[int] = field(default_factory=set)
     silent: set[int] = field(default_factory=set)
+    unknown: set[int] = field(default_factory=set)
     mode: int = 0
     armed: bool = False
     position_ned: list[float] = field(default_factory=lambda: [0.0, 0.0, 0.0])
     velocity_ned: tuple[float, float, float] = (0.0, 0.0, 0.0)
     climb_to_m: float | None = None
+    failsafe: bool = False
+    target: tuple[int, tuple[float, ...], tuple[float, ...]] | None = None
+    followed_s: float = -math.inf
     time_s: float = 0.0
     commands: list[int] = field(default_factory=list)
     setpoints: list[Any] = field(default_factory=list)
@@ -73,10 +84,34 @@ class ScriptedCopter:
         for message_id, due in list(self.due_s.items()):
             if self.time_s >= due and message_id not in self.silent:
                 self.due_s[message_id] = self.time_s + self.intervals_s[message_id]
-                out.append(self.build(message_id))
+                if self.says(message_id):
+                    out.append(self.build(message_id))
         return out
 
+    def says(self, message_id: int) -> bool:
+        """Whether there is anything to say: no target outside of GUIDED."""
+        return message_id != mav.POSITION_TARGET_LOCAL_NED or (self.mode == GUIDED and self.target is not None)
+
+    def target_message(self) -> Any:
+        """What it follows."""
+        assert self.target is not None
+        mask, place, velocity = self.target
+        return dialect.MAVLink_position_target_local_ned_message(
+            int(self.time_s * 1000), 1, mask, *place, *velocity, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+    def follow(self, message: Any) -> None:
+        """Take a setpoint, whoever sent it."""
+        self.disturbed += self.climb_to_m is not None
+        self.velocity_ned = (message.vx, message.vy, message.vz)
+        if self.mode == GUIDED:
+            place = (message.x, message.y, message.z)
+            mask = ONLY_VELOCITY if message.type_mask & 7 == 7 else ONLY_PLACE
+            self.target, self.followed_s = (mask, place, self.velocity_ned), self.time_s
+
     def _move(self, dt_s: float) -> None:
+        if self.target is not None and self.target[0] == ONLY_VELOCITY and self.time_s - self.followed_s > GUIDED_TIMEOUT_S:
+            self.velocity_ned = (0.0, 0.0, 0.0)
+            self.target = ONLY_VELOCITY, (0.0, 0.0, 0.0), self.velocity_ned
         if self.climb_to_m is not None:
             self.position_ned[2] = max(-self.climb_to_m, self.position_ned[2] - CLIMB_M_S * dt_s)
             if self.altitude_m >= self.climb_to_m:
@@ -88,13 +123,20 @@ class ScriptedCopter:
             for axis in range(3):
                 self.position_ned[axis] += self.velocity_ned[axis] * dt_s
 
+    def set_mode(self, mode: int) -> None:
+        """A mode that somebody commands: GUIDED begins by standing."""
+        if mode == GUIDED and self.mode != GUIDED:
+            self.target = ONLY_VELOCITY, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
+        self.mode = mode
+
     def build(self, message_id: int) -> Any:
         """One message of what is true now."""
         ms = int(self.time_s * 1000)
         x, y, z = self.position_ned
         builders: dict[int, Callable[[], Any]] = {
             mav.HEARTBEAT: lambda: dialect.MAVLink_heartbeat_message(
-                2, self.autopilot, 1 | (mav.MODE_FLAG_ARMED if self.armed else 0), self.mode, 4, 3),
+                2, self.autopilot, 1 | (mav.MODE_FLAG_ARMED if self.armed else 0), self.mode, 5 if self.failsafe else 4, 3),
+            mav.POSITION_TARGET_LOCAL_NED: self.target_message,
             mav.LOCAL_POSITION_NED: lambda: dialect.MAVLink_local_position_ned_message(ms, x, y, z, *self.velocity_ned),
             mav.ATTITUDE: lambda: dialect.MAVLink_attitude_message(ms, 0.0, 0.0, math.pi / 2, 0.0, 0.0, 0.0),
             mav.EKF_STATUS_REPORT: lambda: dialect.MAVLink_ekf_status_report_message(
@@ -110,8 +152,7 @@ class ScriptedCopter:
         kind = message.get_type()
         if kind == 'SET_POSITION_TARGET_LOCAL_NED':
             self.setpoints.append(message)
-            self.disturbed += self.climb_to_m is not None
-            self.velocity_ned = (message.vx, message.vy, message.vz)
+            self.follow(message)
         if kind != 'COMMAND_LONG' or message.target_system != self.system_id:
             return []
         number = int(message.command)
@@ -126,18 +167,20 @@ class ScriptedCopter:
     def _obey(self, number: int, message: Any) -> int:
         if number == mav.CMD_MESSAGE_INTERVAL:
             wanted = int(message.param1)
-            if wanted not in SENDS:
+            if wanted not in SENDS or wanted in self.unknown:
                 return int(mav.ACK_FAILED)
             self.intervals_s[wanted] = message.param2 / 1e6
             self.due_s[wanted] = self.time_s
         elif number == mav.CMD_SET_MODE:
-            self.mode = int(message.param2)
+            self.set_mode(int(message.param2))
         elif number == mav.CMD_ARM:
             self.armed = bool(message.param1)
         elif number == mav.CMD_TAKEOFF:
             if not self.armed or self.mode != GUIDED or self.altitude_m > 0.01:
                 return mav.ACK_FAILED
             self.climb_to_m = float(message.param7)
+            north, east, _ = self.position_ned
+            self.target = ONLY_PLACE, (north, east, -self.climb_to_m), (0.0, 0.0, 0.0)
         else:
             return mav.ACK_UNSUPPORTED
         return mav.ACK_ACCEPTED

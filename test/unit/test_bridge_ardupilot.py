@@ -130,7 +130,7 @@ def test_silence_is_a_refusal_after_five_tries() -> None:
     assert flight.status.waiting_for == 'another try: arm refused: no answer to 5 commands'
 
 
-def test_a_mode_that_somebody_else_sets_is_respected_until_take_off_is_asked_again() -> None:
+def test_a_mode_that_somebody_else_sets_is_respected_until_take_over_is_asked() -> None:
     flight = Flight(ScriptedCopter())
     flight.fly()
     flight.copter.mode = RTL
@@ -140,12 +140,12 @@ def test_a_mode_that_somebody_else_sets_is_respected_until_take_off_is_asked_aga
     assert not flight.status.commandable
     assert flight.companion.setpoint((1.0, 0.0, 0.0), 0.0, flight.now_s) is None
     assert flight.status.waiting_for == (
-        'GUIDED mode (it is RTL; RTL was set by someone else or a failsafe; mavlink_bridge/takeoff takes over)'
+        'mavlink_bridge/take_over: RTL was set by someone else or a failsafe (it is in RTL)'
     )
     assert flight.copter.commands.count(mav.CMD_SET_MODE) == modes
-    request = flight.ask(Goal.TAKEOFF)
+    request = flight.ask(Goal.TAKE_OVER)
     flight.run(1.0)
-    assert request.reply is not None and request.reply.message == 'in the air already; GUIDED mode is set'
+    assert request.reply == (True, 'taken over; it stands until it is commanded')
     assert flight.status.commandable
 
 
@@ -157,7 +157,7 @@ def test_a_mode_change_during_take_off_ends_it() -> None:
     flight.copter.mode, flight.copter.climb_to_m = LAND, None
     flight.run(0.5)
     assert flight.status.waiting_for == (
-        'another try: take-off given up: LAND was set by someone else or a failsafe; mavlink_bridge/takeoff takes over')
+        'another try: take-off given up: LAND was set by someone else or a failsafe; mavlink_bridge/take_over takes it over')
     flight.until(lambda: not flight.status.armed)
     assert flight.status.waiting_for == 'another try: take-off given up: LAND was set by someone else or a failsafe'
 
@@ -278,8 +278,9 @@ def test_a_vehicle_that_was_taken_stays_taken_when_its_mode_comes_back() -> None
     flight.copter.mode = GUIDED  # Somebody flies it in GUIDED himself.
     flight.run(3.0)
     assert not flight.status.commandable
-    assert flight.status.waiting_for.startswith('GUIDED mode (it is GUIDED; LAND was set by someone else or a failsafe')
-    flight.ask(Goal.TAKEOFF)
+    assert flight.status.waiting_for == (
+        'mavlink_bridge/take_over: LAND was set by someone else or a failsafe (it is in GUIDED)')
+    flight.ask(Goal.TAKE_OVER)
     flight.run(1.0)
     assert flight.status.commandable
 
@@ -290,7 +291,7 @@ def test_a_take_back_that_was_refused_leaves_it_with_the_others() -> None:
     flight.copter.mode = RTL
     flight.run(1.0)
     flight.copter.refuse[mav.CMD_SET_MODE] = 'Mode change refused'
-    request = flight.ask(Goal.TAKEOFF)
+    request = flight.ask(Goal.TAKE_OVER)
     flight.run(2.0)
     assert request.reply is not None and not request.reply.accepted
     flight.copter.mode = GUIDED
@@ -298,12 +299,117 @@ def test_a_take_back_that_was_refused_leaves_it_with_the_others() -> None:
     assert not flight.status.commandable
 
 
-def test_a_bridge_that_comes_back_in_flight_goes_on() -> None:
+def test_a_bridge_that_starts_anew_owns_nothing() -> None:
     copter = ScriptedCopter()
     Flight(copter).fly()
     later = Flight(copter)
-    later.run(3.0)
-    assert later.status.commandable
+    later.run(5.0)
+    assert (later.status.commandable, later.status.owner) == (False, 'others')
+    assert later.status.waiting_for == (
+        'mavlink_bridge/take_over: somebody else flies it, or a bridge before this one (it is in GUIDED)')
+    before = len(copter.setpoints)
+    assert later.ask(Goal.TAKEOFF).reply == (False, (
+        'take-off refused: it flies already: somebody else flies it, or a bridge before this one (it is in GUIDED); '
+        'mavlink_bridge/take_over takes it over'))
+    later.run(1.0)
+    assert len(copter.setpoints) == before
+    later.ask(Goal.TAKE_OVER)
+    later.until(lambda: later.status.commandable)
+    assert later.status.owner == 'ours'
+
+
+def test_take_off_in_our_own_flight_is_refused_and_changes_nothing() -> None:
+    flight = Flight(ScriptedCopter())
+    flight.until(lambda: flight.status.ready)
+    flight.ask(Goal.TAKEOFF)
+    flight.until(lambda: flight.copter.altitude_m > 1.0)
+    again = flight.ask(Goal.TAKEOFF, 30.0)
+    assert again.reply == (False, 'take-off refused: a take-off is under way; it waits for take-off altitude')
+    flight.until(lambda: flight.status.commandable)
+    assert flight.copter.altitude_m < 4.0
+    sent = len(flight.sent)
+    assert flight.ask(Goal.TAKEOFF).reply == (False, "take-off refused: it flies already, and is this bridge's")
+    assert flight.status.commandable
+    flight.run(1.0)
+    assert [m.get_type() for m in flight.sent[sent:] if m.get_type() == 'COMMAND_LONG'] == []
+
+
+def test_arming_while_a_take_off_waits_says_what_that_does() -> None:
+    flight = Flight(ScriptedCopter(ready=False))
+    flight.run(1.0)
+    flight.ask(Goal.TAKEOFF)
+    assert flight.ask(Goal.ARM).reply == (False, (
+        'arm refused: a take-off is under way and arms by itself; it waits for EKF position, pre-arm check'))
+    assert flight.ask(Goal.DISARM).reply == (True, 'disarmed already; the take-off is given up')
+    flight.copter.ready = True
+    flight.run(5.0)
+    assert not flight.copter.armed
+
+
+def test_disarming_in_the_air_is_refused_and_changes_nothing() -> None:
+    flight = Flight(ScriptedCopter())
+    flight.fly()
+    assert flight.ask(Goal.DISARM).reply == (False, 'disarm refused: it is in the air; mavlink_bridge/land lands it')
+    assert flight.status.commandable
+
+
+@pytest.mark.parametrize(('armed', 'why'), [
+    (False, 'it is disarmed; mavlink_bridge/takeoff takes off'), (True, 'it does not fly; mavlink_bridge/takeoff takes off'),
+])
+def test_on_the_ground_nothing_is_taken_over(armed: bool, why: str) -> None:
+    flight = Flight(ScriptedCopter(armed=armed, mode=GUIDED))
+    flight.run(2.0)
+    assert flight.ask(Goal.TAKE_OVER).reply == (False, f'take-over refused: {why}')
+
+
+def test_a_landing_is_ended_by_take_over_and_by_nothing_else() -> None:
+    flight = Flight(ScriptedCopter())
+    flight.fly()
+    flight.ask(Goal.LAND)
+    flight.run(0.5)
+    assert flight.ask(Goal.TAKEOFF).reply == (False, 'take-off refused: it is landing; mavlink_bridge/take_over ends that')
+    flight.ask(Goal.TAKE_OVER)
+    flight.until(lambda: flight.status.commandable)
+    assert flight.copter.mode == GUIDED
+
+
+def test_who_ends_our_landing_has_the_vehicle_in_our_own_mode_too() -> None:
+    flight = Flight(ScriptedCopter())
+    flight.until(lambda: flight.status.ready)
+    flight.ask(Goal.TAKEOFF, 30.0)
+    flight.until(lambda: flight.status.commandable)
+    flight.ask(Goal.LAND)
+    flight.until(lambda: flight.status.mode == 'LAND')
+    flight.run(1.0)
+    flight.copter.set_mode(GUIDED)
+    flight.run(3.0)
+    assert (flight.status.commandable, flight.status.owner) == (False, 'others')
+
+
+def test_a_waiting_take_off_ends_when_somebody_else_takes_off() -> None:
+    flight = Flight(ScriptedCopter(ready=False))
+    flight.run(1.0)
+    flight.ask(Goal.TAKEOFF)
+    flight.copter.armed, flight.copter.position_ned[2] = True, -3.0
+    flight.run(2.0)
+    assert mav.CMD_SET_MODE not in flight.copter.commands
+    assert flight.status.owner == 'others'
+    assert 'somebody else armed it' in flight.status.waiting_for
+
+
+@pytest.mark.parametrize('landing', [LAND, RTL])
+def test_flies_ten_times_after_landings_of_our_own_and_of_others(landing: int) -> None:
+    flight = Flight(ScriptedCopter())
+    for attempt in range(10):
+        flight.until(lambda: flight.status.ready)
+        flight.ask(Goal.TAKEOFF)
+        flight.until(lambda: flight.status.commandable)
+        if attempt % 2:
+            flight.copter.set_mode(landing)
+            flight.run(1.0)
+        flight.ask(Goal.LAND)
+        flight.until(lambda: not flight.status.armed)
+    assert flight.copter.commands.count(mav.CMD_TAKEOFF) == 10
 
 
 def test_a_command_in_progress_is_not_repeated_and_its_end_counts() -> None:

@@ -62,9 +62,9 @@ def test_somebody_elses_mode_is_never_fought(dialect: type[Any]) -> None:
     flight.run(20.0)
     assert flight.mode == 'LOITER'
     assert 'LOITER was set by someone else or a failsafe' in flight.status.waiting_for
-    request = flight.ask(Goal.TAKEOFF, 4.0)
+    request = flight.ask(Goal.TAKE_OVER)
     flight.until(lambda: flight.status.commandable)
-    assert request.reply is not None and 'in the air already' in request.reply.message
+    assert request.reply == (True, 'taken over; it stands until it is commanded')
 
 
 @pytest.mark.parametrize('cut_s', [0.1, 0.8, 5.0, 12.0])
@@ -84,7 +84,7 @@ def test_a_lost_link_stops_it_and_no_old_command_is_flown_after(dialect: type[An
     left_offboard = dialect is Px4 and cut_s > 1.0
     assert flight.status.connected
     assert flight.status.commandable is not left_offboard
-    assert ('or a failsafe' in flight.status.waiting_for) is left_offboard
+    assert ('the failsafe "RTL" has it' in flight.status.waiting_for) is left_offboard
     assert float(np.linalg.norm(flight.copter.vehicle.state.velocity_enu_m_s[:2])) < 0.1 or flight.mode == 'RTL'
 
 
@@ -127,7 +127,8 @@ def test_a_ground_station_failsafe_is_left_alone() -> None:
     flight.copter.autopilot._failsafe.hear(flight.copter.vehicle.now_s)  # type: ignore[attr-defined]
     flight.run(20.0)
     assert flight.mode == 'RTL'
-    assert 'RTL was set by someone else or a failsafe' in flight.status.waiting_for
+    assert 'the failsafe "RTL" has it' in flight.status.waiting_for
+    assert flight.status.failsafe == 'RTL'
 
 
 def test_the_rates_that_a_ground_station_asks_for_do_not_last() -> None:

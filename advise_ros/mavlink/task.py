@@ -20,9 +20,10 @@ class Phase(Enum):
     TAKEOFF = 'take-off'
     CLIMB = 'take-off altitude'
     DOWN = 'touch-down'
+    SETTLE = 'its setpoints to be ours'
 
 
-class Undertaking:
+class Task:
     """The goal under way, its phase and the phase's repeated command; at most one at a time.
 
     Attributes:
@@ -91,10 +92,19 @@ class Undertaking:
         return progress
 
     @property
+    def goal(self) -> str:
+        """Name of the goal under way, '' if there is none."""
+        return '' if self.request is None else self.request.goal.value
+
+    def goal_is(self, *goals: Goal) -> bool:
+        """Whether one of these is under way."""
+        return self.request is not None and self.request.goal in goals
+
+    @property
     def in_own_mode(self) -> bool:
-        """A take-off is past the change of mode: from here on another mode is somebody else's doing."""
-        flying = (Phase.ARM, Phase.TAKEOFF, Phase.CLIMB)
-        return self.request is not None and self.request.goal is Goal.TAKEOFF and self.phase in flying
+        """A take-off or take-over is past the change of mode: from here on another mode is somebody else's doing."""
+        past = (Phase.ARM, Phase.TAKEOFF, Phase.CLIMB, Phase.SETTLE)
+        return self.goal_is(Goal.TAKEOFF, Goal.TAKE_OVER) and self.phase in past
 
     @property
     def said(self) -> str:

@@ -1,0 +1,78 @@
+"""Whose the armed vehicle is, and which failsafe of the autopilot has it."""
+
+from __future__ import annotations
+
+import math
+from enum import Enum
+
+from advise_ros.mavlink.vehicle import Vehicle
+
+# A text so long before or after a change of mode explains it; heartbeats come once a second.
+EXPLAINS_S = 3.0
+
+
+class Holder(Enum):
+    """Whose the armed vehicle is. Only a take-off or a take-over that a person asks for makes it OURS."""
+
+    NOBODY = 'nobody'
+    OURS = 'ours'
+    OTHERS = 'others'
+
+
+class Ownership:
+    """Whose the vehicle is, and why it is not ours.
+
+    A bridge owns nothing that it did not take off or take over. What it has lost stays lost: a mode that comes
+    back may be somebody's who flies in it himself, or a failsafe that has ended over a vehicle on the ground.
+
+    Attributes:
+        holder: of the armed vehicle; NOBODY while it is disarmed.
+        why: how it came to be others', in words.
+    """
+
+    def __init__(self) -> None:
+        self.holder = Holder.NOBODY
+        self.why = ''
+
+    def claim(self) -> None:
+        """It is ours: a person asked for it."""
+        self.holder, self.why = Holder.OURS, ''
+
+    def lose(self, why: str) -> None:
+        """It is others', if it is not already."""
+        if self.holder is not Holder.OTHERS:
+            self.holder, self.why = Holder.OTHERS, why
+
+    def rest(self) -> None:
+        """It is disarmed."""
+        self.holder, self.why = Holder.NOBODY, ''
+
+
+class FailsafeWatch:
+    """Names the failsafe that an armed vehicle is in.
+
+    It shows in the state of the heartbeat, in a mode that is flown against the one that was commanded, and in a
+    text about the change of mode.
+
+    Attributes:
+        name: the autopilot's text, or the mode that the failsafe set; '' when there is none.
+    """
+
+    def __init__(self) -> None:
+        self.name = ''
+        self._mode: int | None = None
+        self._mode_s = -math.inf
+        self._by_text = ''
+        self._explained_s = -math.inf
+
+    def look(self, vehicle: Vehicle, mode: str, now_s: float) -> None:
+        """Take in what the vehicle says now; `mode` is the name of its mode."""
+        if vehicle.custom_mode != self._mode:
+            self._mode, self._mode_s, self._by_text = vehicle.custom_mode, now_s, ''
+        told_s = vehicle.failsafe_text_at_s
+        if told_s != self._explained_s and abs(told_s - self._mode_s) <= EXPLAINS_S:  # Each text explains one change.
+            self._by_text, self._explained_s = vehicle.failsafe_text, told_s
+        if not vehicle.armed or not (vehicle.in_failsafe or self._by_text):
+            self.name = ''
+        else:
+            self.name = self._by_text or self.name or mode
