@@ -20,6 +20,7 @@ TRIGGERS = {
     'record_discard': 'recorder/discard',
     'takeoff': 'mavlink_bridge/takeoff',
     'land': 'mavlink_bridge/land',
+    'take_over': 'mavlink_bridge/take_over',
 }
 
 

@@ -28,8 +28,8 @@ class ConsoleNode(Node):
 
     Listens to all topics of the learner, `pose`, `vehicle_status`, `battery_state`, `policy/status` and
     `/diagnostics`; calls `advise/answer`, `advise/preview`, `advise/undo`, `advise/retract`, `policy/stop`,
-    `policy/fly`, `recorder/start`, `recorder/stop`, `recorder/discard`, `mavlink_bridge/takeoff` and
-    `mavlink_bridge/land`.
+    `policy/fly`, `recorder/start`, `recorder/stop`, `recorder/discard`, `mavlink_bridge/takeoff`,
+    `mavlink_bridge/land` and `mavlink_bridge/take_over`.
 
     Example: ros2 run advise_ros console --ros-args -p port:=8080
     Next: open the address that it prints; when the questions are answered, take off and fly on the page.

@@ -99,7 +99,7 @@ class MavlinkBridge(ManagedNode):
 
     def _make_entities(self) -> None:
         self._wake = self.create_guard_condition(self._on_link)
-        self._services = BridgeServices(self, self._begin)
+        self._requests = BridgeServices(self, self._begin)
         self.create_service(Trigger, 'mavlink_bridge/stop', lambda _, response: answer_stop(self._monitor, response))
         self.create_service(Trigger, 'mavlink_bridge/release', lambda _, response: answer_release(self._monitor, response))
         self._tick = self.create_timer(
@@ -131,12 +131,12 @@ class MavlinkBridge(ManagedNode):
         self._transmit(self._companion.rest(f'{self.get_fully_qualified_name()} is inactive', time.monotonic()))
         self._monitor.clear()
         self._reason = ''
-        self._services.answer()
+        self._requests.answer()
 
     def close_down(self) -> None:
         self._tick.cancel()
         self._close_link()
-        self._services.give_up(LINK_CLOSED)
+        self._requests.give_up(LINK_CLOSED)
         self._companion = Companion(self._settings())
         now_s = time.monotonic()
         self._teller.tell(self._companion.status(now_s)._replace(waiting_for=LINK_CLOSED), now_s)
@@ -184,7 +184,7 @@ class MavlinkBridge(ManagedNode):
 
     def _step(self, link: Link, now_s: float) -> None:
         self._transmit(self._companion.step(now_s, link.problem or link.doubt))
-        self._services.answer()
+        self._requests.answer()
         status = self._companion.status(now_s)
         self._changes.look(status, now_s)
         self._teller.tell(status, now_s)

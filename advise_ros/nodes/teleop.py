@@ -45,7 +45,8 @@ class TeleopNode(Node):
     """Flies by the keys of the terminal: a person demonstrates the route.
 
     Arrow keys fly north (up), east, south and west while held; w and s or the page keys climb and sink; space holds;
-    t takes off and l lands by mavlink_bridge/takeoff and /land; r starts a demonstration by
+    t takes off and l lands by mavlink_bridge/takeoff and /land, and in the air t takes over what others fly by
+    mavlink_bridge/take_over; r starts a demonstration by
     recorder/start and ends it by recorder/stop (recorder with split:=manual); q quits. A key that
     is let go becomes zero velocity after key_timeout_s. Publishes `cmd_vel` (TwistStamped, frame map) while
     vehicle_status.commandable is true; shows `pose`, and with grid_file the cell and the next waypoint.
@@ -77,7 +78,7 @@ class TeleopNode(Node):
     def _make_entities(self) -> None:
         self._commands = self.create_publisher(TwistStamped, 'cmd_vel', qos.COMMAND)
         self._asks = {name: self.create_client(Trigger, name) for name in (
-            'mavlink_bridge/takeoff', 'mavlink_bridge/land', 'recorder/start', 'recorder/stop',
+            'mavlink_bridge/takeoff', 'mavlink_bridge/land', 'mavlink_bridge/take_over', 'recorder/start', 'recorder/stop',
         )}
         self.create_subscription(VehicleStatus, 'vehicle_status', self._on_vehicle, qos.latched())
         self.create_subscription(PoseStamped, 'pose', self._on_pose, NEWEST_POSE)
@@ -126,8 +127,14 @@ class TeleopNode(Node):
             rclpy.try_shutdown()
         elif key is Key.RECORD:
             self._ask('recorder/stop' if self._recording else 'recorder/start')
+        elif key is Key.TAKEOFF and self._others_fly:
+            self._ask('mavlink_bridge/take_over')
         else:
             self._ask(f'mavlink_bridge/{key.value}')
+
+    @property
+    def _others_fly(self) -> bool:
+        return self._vehicle is not None and self._vehicle.in_air and self._vehicle.owner == 'others'
 
     def _ask(self, service: str) -> None:
         client = self._asks[service]
@@ -193,6 +200,8 @@ class TeleopNode(Node):
             return 'no vehicle_status'
         if vehicle.commandable:
             return 'flying'
+        if self._others_fly:
+            return f"others fly it, t takes over ({vehicle.waiting_for.removeprefix('mavlink_bridge/take_over: ')})"
         if vehicle.in_air:
             return vehicle.waiting_for or 'in the air, takes no commands'
         return 'ready, t takes off' if vehicle.ready else vehicle.waiting_for or 'not ready'

@@ -29,6 +29,22 @@ def typist(graph: Graph, tmp_path: Path) -> Iterator[Typist]:
         typist.close()
 
 
+def test_in_the_air_t_takes_over_what_others_fly(graph: Graph, typist: Typist) -> None:
+    bridge = MockBridge(graph, square(), in_air=True)
+    taken: list[bool] = []
+
+    def take_over(request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        taken.append(True)
+        response.success, response.message = True, 'taken over'
+        return response
+
+    graph.node.create_service(Trigger, 'mavlink_bridge/take_over', take_over)
+    bridge.publish_status(owner='others', waiting_for='mavlink_bridge/take_over: RTL was set by someone else', commandable=False)
+    typist.wait_to_see('others fly it, t takes over (RTL was set by someone else)')
+    graph.wait_until(lambda: (typist.type(b't', look_on=True), taken)[1])
+    assert not bridge.takeoffs
+
+
 def test_keys_fly_record_and_land(graph: Graph, typist: Typist) -> None:
     grid = square()
     bridge = MockBridge(graph, grid, speedup=5.0, in_air=False)

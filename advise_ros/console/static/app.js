@@ -257,7 +257,7 @@ export default {
     // -- acts ----------------------------------------------------------------------------
     async act(name, given = {}) {
       const reply = await this.link.send(name, given);
-      const what = { hold: 'Hold', fly: 'Fly', takeoff: 'Take off', land: 'Land', undo: 'Undo', retract: 'Take back', record_start: 'Record', record_stop: 'Stop', record_discard: 'Discard' }[name];
+      const what = { hold: 'Hold', fly: 'Fly', takeoff: 'Take off', land: 'Land', take_over: 'Take over', undo: 'Undo', retract: 'Take back', record_start: 'Record', record_stop: 'Stop', record_discard: 'Discard' }[name];
       this.tell(`${what}: ${reply.message}.`, !reply.ok);
       return reply;
     },

@@ -15,6 +15,7 @@ export default {
         <button type="button" :disabled="disabled" @click="$emit('act', 'takeoff')">Take off</button>
         <button type="button" :disabled="disabled" @click="$emit('act', 'fly')">Fly the policy</button>
         <button type="button" :disabled="disabled" @click="$emit('act', 'land')">Land</button>
+        <button type="button" v-if="lost" :disabled="disabled" data-test="take-over" @click="$emit('act', 'take_over')">Take over</button>
       </div>
       <h3>Demonstration</h3>
       <p class="state" v-if="recorder" data-test="recorder">{{ recorder }}</p>
@@ -40,6 +41,7 @@ export default {
       const state = v.in_air ? 'in the air' : v.armed ? 'armed' : 'on the ground';
       return `${v.autopilot} ${v.mode}, ${state}${v.waiting_for ? `; waiting for ${v.waiting_for}` : ''}${v.text ? ` · ${v.text}` : ''}`;
     },
+    lost() { return this.vehicle && this.vehicle.connected && this.vehicle.in_air && this.vehicle.owner === 'others'; },
     guard() { return this.message(['guard', 'mavlink_bridge'], (node) => node.level === 'warn' || node.level === 'error'); },
     recorder() { return this.message(['recorder'], () => true); },
   },

@@ -200,7 +200,8 @@ class Rig:
 
     def _take_off(self) -> None:
         self.graph.wait_until(lambda: self.vehicle and self.vehicle[-1].ready, PATIENCE_S, 'a vehicle that is ready')
-        if not self.graph.call(Trigger, 'mavlink_bridge/takeoff', timeout_s=PATIENCE_S).success:
+        service = 'take_over' if self.vehicle[-1].in_air else 'takeoff'  # A bridge that came back owns nothing.
+        if not self.graph.call(Trigger, f'mavlink_bridge/{service}', timeout_s=PATIENCE_S).success:
             return
         self.graph.wait_until(lambda: self.vehicle[-1].commandable or not self.vehicle[-1].ready, PATIENCE_S, 'the take-off')
 
