@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from support.promises import answers, clocks, deaths, fences, links, short, silence, soaks, standing
+from support.promises import answers, clocks, deaths, fences, links, owning, short, silence, soaks, standing
 from support.promises.book import Book
 
 Run = Callable[[Path, np.random.Generator, Book], None]
@@ -49,6 +49,10 @@ LONG: Mapping[str, Part] = {
         f'standing-{autopilot}': Part('standing', partial(standing.run, autopilot=autopilot), 100, niceness=15, background=True)
         for autopilot in (ARDUPILOT, PX4)
     },
+    **{
+        f'owning-{autopilot}': Part('owning', partial(owning.run, autopilot=autopilot), 60, niceness=15, background=True)
+        for autopilot in (ARDUPILOT, PX4)
+    },
 }
 SHORT: Mapping[str, Part] = {
     'flight-ardupilot': Part('flight', short.with_ardupilot, 1),
@@ -58,6 +62,10 @@ SHORT: Mapping[str, Part] = {
     'fences': Part('fences', fences.run, 20, background=True),
     **{
         f'standing-{autopilot}': Part('standing', partial(standing.run, autopilot=autopilot), 1, background=True)
+        for autopilot in (ARDUPILOT, PX4)
+    },
+    **{
+        f'owning-{autopilot}': Part('owning', partial(owning.run, autopilot=autopilot), 1, background=True)
         for autopilot in (ARDUPILOT, PX4)
     },
 }
