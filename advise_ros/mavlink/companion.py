@@ -167,6 +167,11 @@ class Companion:
         linked = self._machine is not None and self.vehicle.connected(now_s) and not self._resting
         return linked and self._machine is not None and self._machine.commandable
 
+    @property
+    def progressing(self) -> bool:
+        """A goal is under way, and what it waits for is its own effect: no reason to worry."""
+        return self._machine is not None and self._machine.progressing
+
     def setpoint(self, velocity_enu_m_s: Vector, yaw_rate_rad_s: float, now_s: float, doubt: str = '') -> Message | None:
         """What makes it fly a velocity, or stand where that is zero; None while nothing must be sent.
 

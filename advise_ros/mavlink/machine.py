@@ -122,6 +122,11 @@ class Machine(ABC):
         )
 
     @property
+    def progressing(self) -> bool:
+        """A goal is under way, and waits for nothing but its own effect."""
+        return self._task.request is not None and self._task.phase is not Phase.READY
+
+    @property
     def waiting_for(self) -> str:
         """What is missing for the next step, '' if nothing."""
         if self._task.request is not None:

@@ -268,7 +268,8 @@ class MavlinkBridge(ManagedNode):
             f'waiting for {status.waiting_for}' if status.waiting_for else '', self._reason, stopped, fence,
             clocks,
         ) if text]
-        level = diagnostics.ERROR if not status.connected else diagnostics.WARN if sentences else diagnostics.OK
+        calm = len(sentences) == 1 and self._companion.progressing
+        level = diagnostics.ERROR if not status.connected else diagnostics.WARN if sentences and not calm else diagnostics.OK
         round_trip_s = self._companion.timesync.round_trip_s(now_s)
         well = 'commands reach the vehicle' if status.commandable else 'ready'
         self.diagnostics.set(level, '; '.join(sentences) or well, {
