@@ -188,7 +188,7 @@ def test_a_bridge_that_starts_anew_commands_only_after_take_over(graph: Graph, f
         bridge.signal(signal.SIGKILL)
         bridge.wait_exit()
         start(graph, free_udp_port)
-        status = wait_status(graph, lambda s: s.owner == 'others', new=True)
+        status = wait_status(graph, lambda s: s.owner == 'others' and s.in_air, new=True)
         assert not status.commandable
         assert 'somebody else flies it, or a bridge before this one' in status.waiting_for
         peer.copter.setpoints.clear()

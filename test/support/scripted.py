@@ -20,7 +20,7 @@ CLIMB_M_S = 2.0
 # What it can send; whatever else is asked for fails.
 SENDS = frozenset({
     mav.HEARTBEAT, mav.LOCAL_POSITION_NED, mav.ATTITUDE, mav.EKF_STATUS_REPORT, mav.EXTENDED_SYS_STATE, mav.SYS_STATUS,
-    mav.POSITION_TARGET_LOCAL_NED, mav.CURRENT_MODE,
+    mav.POSITION_TARGET_LOCAL_NED, mav.CURRENT_MODE, mav.GPS_RAW_INT,
 })
 # GUID_TIMEOUT: without setpoints for so long it stands.
 GUIDED_TIMEOUT_S = 3.0
@@ -137,6 +137,7 @@ class ScriptedCopter:
             mav.HEARTBEAT: lambda: dialect.MAVLink_heartbeat_message(
                 2, self.autopilot, 1 | (mav.MODE_FLAG_ARMED if self.armed else 0), self.mode, 5 if self.failsafe else 4, 3),
             mav.POSITION_TARGET_LOCAL_NED: self.target_message,
+            mav.GPS_RAW_INT: lambda: dialect.MAVLink_gps_raw_int_message(ms * 1000, 3, 0, 0, 0, 100, 100, 0, 0, 10),
             mav.LOCAL_POSITION_NED: lambda: dialect.MAVLink_local_position_ned_message(ms, x, y, z, *self.velocity_ned),
             mav.ATTITUDE: lambda: dialect.MAVLink_attitude_message(ms, 0.0, 0.0, math.pi / 2, 0.0, 0.0, 0.0),
             mav.EKF_STATUS_REPORT: lambda: dialect.MAVLink_ekf_status_report_message(
