@@ -29,6 +29,7 @@ from advise_ros.nodes.guard import (
     limits_of,
     load_grid_of,
     monitor_of,
+    note_condition,
     put_command,
     renewed,
 )
@@ -78,8 +79,9 @@ class MavlinkBridge(ManagedNode):
         self._companion = Companion(self._settings())
         self._link: Link | None = None
         self._started = False
-        self._changes = VehicleLog(ChangeLog(self.get_logger()))
-        self._reason = ''
+        self._changes = ChangeLog(self.get_logger())
+        self._vehicle_log = VehicleLog(self._changes)
+        self._reason, self._warns = '', False
         self._diagnosed: tuple[Status, str] | None = None
         self._diagnosed_s = -math.inf
         self._clocks = ClockTeller(self, self.config.clock)
@@ -186,7 +188,7 @@ class MavlinkBridge(ManagedNode):
         self._transmit(self._companion.step(now_s, link.problem or link.doubt))
         self._requests.answer()
         status = self._companion.status(now_s)
-        self._changes.look(status, now_s)
+        self._vehicle_log.look(status, now_s)
         self._teller.tell(status, now_s)
 
     def _transmit(self, messages: list[Message]) -> None:
@@ -221,14 +223,23 @@ class MavlinkBridge(ManagedNode):
         """Send what the guard lets through; a vehicle that is ours and not commanded (yet, or any more) stands."""
         if not self._companion.commandable(now_s):
             self._monitor.clear()
-            self._reason = ''
+            self._note('', now_s)
+            self._changes.note('the stop', self._stopped, now_s)
             return
         verdict = self._monitor.verdict(now_s)
-        self._reason = verdict.reason if verdict is not None else ''
+        self._note(verdict.reason if verdict is not None else '', now_s)
         velocity, yaw_rate = (guard.ZERO, 0.0) if verdict is None else verdict[:2]
         setpoint = self._companion.setpoint(velocity, yaw_rate, now_s, self._monitor.position_doubt(now_s))
-        if setpoint is not None:
-            self._transmit([setpoint])
+        self._transmit([] if setpoint is None else [setpoint])
+
+    def _note(self, reason: str, now_s: float) -> None:
+        """What the guard changes and why: logged when it begins and ends."""
+        warns = note_condition(self._changes, self._monitor, reason, now_s)
+        self._reason, self._warns = reason, warns and self._monitor.condition != 'silence'
+
+    @property
+    def _stopped(self) -> str:
+        return f'stopped until released: {self._monitor.latched}' if self._monitor.latched else ''
 
     # -- services ----------------------------------------------------------------------------
     def _begin(self, goal: Goal) -> Request:
@@ -250,8 +261,7 @@ class MavlinkBridge(ManagedNode):
             return ''
         if self._altitude_m <= 0.0:
             return "its altitude is unknown; set the parameter 'takeoff_altitude_m' or 'grid_file'"
-        problem = self._teller.simulated_clock.problem(now_s)
-        return f'{problem}; {REMEDY}' if problem else ''
+        return f'{problem}; {REMEDY}' if (problem := self._teller.simulated_clock.problem(now_s)) else ''
 
     # -- diagnostics -------------------------------------------------------------------------
     def _diagnose(self, link: Link) -> None:
@@ -262,14 +272,12 @@ class MavlinkBridge(ManagedNode):
         clocks = self._clocks.problem(different_speeds=self._teller.stamper.different_speeds)
         if clocks:
             self.get_logger().warning(clocks, once=True)
-        fence = '' if self._limits.fence else FENCE_OFF
-        stopped = f'stopped until released: {self._monitor.latched}' if self._monitor.latched and not self._reason else ''
-        sentences = [text for text in (
-            f'waiting for {status.waiting_for}' if status.waiting_for else '', self._reason, stopped, fence,
-            clocks,
-        ) if text]
-        calm = len(sentences) == 1 and self._companion.progressing
-        level = diagnostics.ERROR if not status.connected else diagnostics.WARN if sentences and not calm else diagnostics.OK
+        stopped, fence = '' if self._reason else self._stopped, '' if self._limits.fence else FENCE_OFF
+        waiting = f'waiting for {status.waiting_for}' if status.waiting_for else ''
+        sentences = [text for text in (waiting, self._reason, stopped, fence, clocks) if text]
+        # What belongs to every flight is no warning: a goal under way, a pilot who is silent, a speed that is limited.
+        worries = (waiting and not self._companion.progressing) or self._warns or stopped or fence or clocks
+        level = diagnostics.ERROR if not status.connected else diagnostics.WARN if worries else diagnostics.OK
         round_trip_s = self._companion.timesync.round_trip_s(now_s)
         well = 'commands reach the vehicle' if status.commandable else 'ready'
         self.diagnostics.set(level, '; '.join(sentences) or well, {
