@@ -116,6 +116,7 @@ class RecorderConfig:
         'flights', 'flights: from take-off to the final waypoint or landing; manual: recorder/start and stop',
         choices=('flights', 'manual'),
     )
+    policy_flights: bool = param(False, 'flights of our own policy are demonstrations, too')
     hysteresis_m: float = param(0.2, 'how far past a border counts as the next cell', low=0.0, high=100.0)
     command_min_speed_m_s: float = param(0.1, 'slower commands have no direction', low=0.0, high=10.0)
     altitude_tolerance_m: float = param(1.0, 'samples further from the grid altitude are not on the route', low=0.1, high=1000.0)

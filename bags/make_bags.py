@@ -103,8 +103,10 @@ def _commands(recording: Recording) -> Iterator[Message]:
 
 def _states(recording: Recording) -> Iterator[Message]:
     for event in recording.events:
+        if event.in_air is None:
+            continue
         message = _stamped(VehicleStatus(), event.stamp_ns)
-        message.autopilot, message.connected, message.ready = 'ardupilot', True, True
+        message.autopilot, message.mode, message.connected, message.ready = event.autopilot, event.mode, True, True
         message.armed, message.in_air, message.commandable = event.armed, event.in_air, event.in_air
         yield event.stamp_ns, '/vehicle_status', message
 

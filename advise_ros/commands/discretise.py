@@ -108,6 +108,9 @@ def _parser() -> argparse.ArgumentParser:
         '--undivided', action='store_true',
         help='take each recording as one flight: do not look for take-off and landing',
     )
+    parser.add_argument(
+        '--policy-flights', action='store_true', help='take flights that our own policy flew as demonstrations, too',
+    )
     many = parser.add_argument_group('many recordings')
     many.add_argument('--jobs', type=_jobs, default=0, metavar='N', help='processes at a time (default: one a core)')
     many.add_argument(
@@ -116,7 +119,10 @@ def _parser() -> argparse.ArgumentParser:
     topics = parser.add_argument_group('topics of a bag (a name without / in front is found in any namespace)')
     topics.add_argument('--pose-topic', metavar='NAME', help='positions (default: pose, else odom)')
     topics.add_argument('--command-topic', metavar='NAME', help=f'default: {DEFAULT_TOPICS.command}, where there is one')
-    topics.add_argument('--status-topic', metavar='NAME', help=f'default: {DEFAULT_TOPICS.status}, where there is one')
+    topics.add_argument(
+        '--status-topic', metavar='NAME',
+        help="the vehicle's state (default: vehicle_status, MAVROS' state or PX4's vehicle_status)",
+    )
     settings = parser.add_argument_group('settings (as the parameters of the recorder)')
     for name, spec in _setting_specs().items():
         settings.add_argument(
@@ -153,7 +159,7 @@ def _topics(options: argparse.Namespace) -> BagTopics:
 def _discretise_all(options: argparse.Namespace, grid: Grid, settings: DiscretiseSettings) -> Outcome:
     outcome = Outcome([], [], [], {})
     paths = _found(options.paths, outcome)
-    task = Task(grid, settings, _topics(options), options.undivided)
+    task = Task(grid, settings, _topics(options), options.undivided, options.policy_flights)
     for one in _harvested(options, paths, task):
         first = len(outcome.demonstrations) + 1
         outcome.demonstrations.extend(

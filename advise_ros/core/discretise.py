@@ -8,14 +8,14 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from advise_ros.core.actions import Commands, Decided, Verdict
 from advise_ros.core.demonstration import Audit, Demonstration, EndReason
-from advise_ros.core.grid import Action, Grid
-from advise_ros.core.samples import CommandSamples, PoseSamples, Recording
-from advise_ros.core.track import Track, follow
+from advise_ros.core.grid import Grid
+from advise_ros.core.samples import STRAY_NS, CommandSamples, PoseSamples, Recording
+from advise_ros.core.steps import Movers, crossing_speeds_m_s, decided_moves, has_ended, steps_of
+from advise_ros.core.track import Follower
 from advise_ros.core.tracker import MAX_SKIP_CELLS, NS, CellTracker
 
-# A command whose lesser component is more than this share of the greater one points at no one neighbour.
-TIE_RATIO = 0.9
 # Sentences about unknown moves in one audit; the rest is counted.
 MAX_BREAK_NOTES = 5
 
@@ -47,19 +47,20 @@ def discretise(
     """The demonstration flown within a window of stamps, both ends included.
 
     Only stamps decide, so the order in which poses and commands arrived beside each other does not matter.
-    Samples are dropped, and counted in the audit, when they have no stamp, their stamp repeats or goes
-    backward, a coordinate is no number, they lie outside the grid, or off its altitude by more than the
+    Samples are dropped, and counted in the audit, when they have no stamp, their stamp repeats, goes backward or is far
+    from those of the others, a coordinate is no number, they lie outside the grid, or off its altitude by more than the
     tolerance (climb, landing). The first sample left gives the first state: no state precedes it. Hovering
     makes no move; how long it lasted is in the stamps.
 
-    The action of a move is the direction commanded when the cell was left, i.e. by the last command
-    stamped before the first sample in the next cell, not older than `command_timeout_s`, at least
-    `command_min_speed_m_s` fast and not diagonal. Otherwise the motion decides, counted as ambiguous. Where a
-    sample crossed several borders, the cells on the way are inserted (counted in `cell_skips`) and the
-    motion decides; where that can't be (see CellTracker) the state before has no known action and is left out.
+    The action of a move is the direction flown, or the one commanded all the way where the vehicle was pushed elsewhere
+    (see core/actions.py; told in the audit). Moves that nobody made, in a mode in which the autopilot flies itself or
+    without a command, are left out and told. A command that was held towards the edge of the grid for a whole cell's way
+    is a step that stays in its state. Where a sample crossed several borders, the cells on the way are inserted (counted in
+    `cell_skips`) and the motion decides; where that can't be (see CellTracker) the state before has no known action
+    and is left out.
 
-    The demonstration ends at the final waypoint or in a blocked cell: samples after that are not looked at.
-    The state at the end has no action and so is not in `states`. The result's `window_ns` runs from the first
+    The demonstration ends at the final waypoint or in a blocked cell, if somebody flew there: samples after that are not
+    looked at. The state at the end has no action and so is not in `states`. The result's `window_ns` runs from the first
     to the last stamp looked at; discretising that window again gives the same demonstration.
 
     Returns:
@@ -69,36 +70,90 @@ def discretise(
     Raises:
         InputError: the hysteresis is not below half a cell.
     """
-    tracker = CellTracker(
-        grid, settings.hysteresis_m, max_skip_cells=settings.max_skip_cells, max_gap_s=settings.max_gap_s,
-    )
-    poses = recording.poses
-    inside = _in_window(poses.stamps_ns, window_ns)
-    if not inside.any():
+    followed = follow(grid, recording, window_ns, settings)
+    if followed is None:
         audit = Audit(notes=('no positions in the window',))
         return Demonstration(demonstration_id, recording.source, grid, (), (), (), window_ns, _given(end_reason), audit)
-    fit = _fitness(grid, poses, settings)
-    used = np.flatnonzero(_on_time(poses.stamps_ns, inside) & fit.on_grid)
-    track, end = follow(tracker, poses.stamps_ns[used], poses.positions_enu_m[used])
-    stamps = poses.stamps_ns[inside]
-    cut = int(stamps.min()), int(stamps.max()) if end is None else end
-    actions, ambiguous, astray = _actions(track, recording.commands, cut, settings)
+    cut = followed.window_ns
+    steps = steps_of(followed.follower, followed.decided, followed.commands, followed.movers, cut[1])
     return Demonstration(
         demonstration_id=demonstration_id,
         source=recording.source,
         grid=grid,
-        states=tuple(track.states),
-        actions=tuple(actions),
-        stamps_ns=tuple(track.entered_ns),
+        states=tuple(step.state for step in steps),
+        actions=tuple(step.action for step in steps),
+        stamps_ns=tuple(step.entered_ns for step in steps),
         window_ns=cut,
-        end_reason=_ended(grid, tracker, end_reason),
-        audit=_audit(grid, recording, cut, settings, (fit, track, ambiguous, astray)),
+        end_reason=_ended(grid, followed.follower.state) if followed.ended else _given(end_reason),
+        audit=_audit(grid, recording, cut, settings, followed),
     )
+
+
+def new_tracker(grid: Grid, settings: DiscretiseSettings) -> CellTracker:
+    """One at the beginning of a flight."""
+    return CellTracker(
+        grid, settings.hysteresis_m, max_skip_cells=settings.max_skip_cells, max_gap_s=settings.max_gap_s,
+    )
+
+
+class Followed(NamedTuple):
+    """A flight up to where it ends.
+
+    Attributes:
+        window_ns: first and last stamp looked at.
+        fit: of all positions of the recording.
+        decided: one for each move of the follower's track.
+        commands: those in the window.
+        ended: it came to the final waypoint or into a blocked cell.
+    """
+
+    window_ns: Window
+    fit: Fitness
+    follower: Follower
+    decided: list[Decided]
+    commands: Commands
+    movers: Movers
+    ended: bool
+
+    def count(self, verdict: Verdict) -> int:
+        """How many moves were decided so."""
+        return sum(one.verdict is verdict for one in self.decided)
+
+    def modes(self) -> str:
+        """Those in which the autopilot moved the vehicle by itself."""
+        left_ns = self.follower.track.left_ns
+        names = [
+            self.movers.mode(at_ns) for one, at_ns in zip(self.decided, left_ns, strict=True) if one.verdict is Verdict.ITSELF
+        ]
+        return ', '.join(dict.fromkeys(names))
+
+
+def follow(grid: Grid, recording: Recording, window_ns: Window, settings: DiscretiseSettings) -> Followed | None:
+    """The flight within a window of stamps; None where no position has such a stamp."""
+    poses, movers = recording.poses, Movers(recording.events)
+    inside = _in_window(poses.stamps_ns, window_ns)
+    if not inside.any():
+        return None
+    fit = fitness(grid, poses, settings)
+    used = np.flatnonzero(_on_time(poses.stamps_ns, inside) & fit.on_grid)
+    fixes = poses.stamps_ns[used], poses.positions_enu_m[used]
+    follower = Follower(new_tracker(grid, settings))
+    follower.take(*fixes)
+    first_ns, last_ns = int(poses.stamps_ns[inside].min()), int(poses.stamps_ns[inside].max())
+    cut = first_ns, last_ns if follower.end_ns is None else follower.end_ns
+    commands = _commands_in(recording.commands, cut, settings)
+    speeds_m_s = crossing_speeds_m_s(follower, *fixes)
+    decided = decided_moves(follower, speeds_m_s, commands, movers, commanded=_is_commanded(recording, cut))
+    ended = has_ended(follower, decided)
+    if follower.end_ns is not None and not ended:  # Nobody flew there.
+        cut = first_ns, last_ns
+        commands = _commands_in(recording.commands, cut, settings)
+    return Followed(cut, fit, follower, decided, commands, movers, ended)
 
 
 # -- which samples count ---------------------------------------------------------------------------
 def _in_window(stamps_ns: Stamps, window_ns: Window) -> Mask:
-    return np.asarray((stamps_ns != 0) & (stamps_ns >= window_ns[0]) & (stamps_ns <= window_ns[1]))
+    return np.asarray((stamps_ns > 0) & (stamps_ns >= window_ns[0]) & (stamps_ns <= window_ns[1]))
 
 
 def _on_time(stamps_ns: Stamps, inside: Mask) -> Mask:
@@ -110,7 +165,7 @@ def _on_time(stamps_ns: Stamps, inside: Mask) -> Mask:
     return inside & fresh
 
 
-class _Fitness(NamedTuple):
+class Fitness(NamedTuple):
     """Which positions are numbers, which of them at the altitude, and which of those on the grid."""
 
     finite: Mask
@@ -118,7 +173,7 @@ class _Fitness(NamedTuple):
     on_grid: Mask
 
 
-def _fitness(grid: Grid, poses: PoseSamples, settings: DiscretiseSettings) -> _Fitness:
+def fitness(grid: Grid, poses: PoseSamples, settings: DiscretiseSettings) -> Fitness:
     x_enu_m, y_enu_m, z_enu_m = poses.positions_enu_m.T
     finite = np.isfinite(x_enu_m) & np.isfinite(y_enu_m) & np.isfinite(z_enu_m)
     level = finite & (np.abs(z_enu_m - grid.altitude_m) <= settings.altitude_tolerance_m)
@@ -127,39 +182,23 @@ def _fitness(grid: Grid, poses: PoseSamples, settings: DiscretiseSettings) -> _F
     for values, origin, size in zip((x_enu_m, y_enu_m), grid.origin_enu_m, (grid.width, grid.height), strict=True):
         past = values - origin
         on_grid = on_grid & (past >= -margin) & (past <= size * grid.resolution_m + margin)
-    return _Fitness(finite, level, on_grid)
+    return Fitness(finite, level, on_grid)
 
 
-# -- actions ---------------------------------------------------------------------------------------
-def _actions(
-    track: Track, commands: CommandSamples, window_ns: Window, settings: DiscretiseSettings,
-) -> tuple[list[int], int, int]:
-    """Actions of the moves, how many of them the motion decided, and how many went elsewhere than commanded."""
-    kept = _in_window(commands.stamps_ns, window_ns) & np.isfinite(commands.velocities_enu_m_s).all(axis=1)
-    stamps_ns = commands.stamps_ns[kept]
-    order = np.argsort(stamps_ns, kind='stable')
-    stamps_ns, velocities = stamps_ns[order], commands.velocities_enu_m_s[kept][order]
-    in_force = np.searchsorted(stamps_ns, np.asarray(track.left_ns, dtype=np.int64), side='left') - 1
-    actions, ambiguous, astray = [], 0, 0
-    for motion, left_ns, inserted, index in zip(track.motions, track.left_ns, track.inserted, in_force, strict=True):
-        commanded = None
-        if not inserted and index >= 0 and left_ns - int(stamps_ns[index]) <= settings.command_timeout_s * NS:
-            east_m_s, north_m_s, _ = velocities[index].tolist()
-            commanded = direction(east_m_s, north_m_s, settings.command_min_speed_m_s)
-        ambiguous += commanded is None and not inserted
-        astray += commanded is not None and commanded != motion
-        actions.append(motion if commanded is None else commanded)
-    return actions, ambiguous, astray
+# -- commands --------------------------------------------------------------------------------------
+def _commands_in(commands: CommandSamples, window_ns: Window, settings: DiscretiseSettings) -> Commands:
+    """The commands of a window of stamps, both ends included."""
+    stamps_ns, velocities = commands
+    kept = _in_window(stamps_ns, window_ns)
+    return Commands(
+        CommandSamples(stamps_ns[kept], velocities[kept]), settings.command_min_speed_m_s, settings.command_timeout_s,
+    )
 
 
-def direction(east_m_s: float, north_m_s: float, min_speed_m_s: float) -> int | None:
-    """The action that a velocity points at, None when it is too slow or near a diagonal."""
-    east, north = abs(east_m_s), abs(north_m_s)
-    if float(np.hypot(east, north)) < min_speed_m_s or min(east, north) > TIE_RATIO * max(east, north) or east == north:
-        return None
-    if east > north:
-        return int(Action.EAST if east_m_s > 0 else Action.WEST)
-    return int(Action.NORTH if north_m_s > 0 else Action.SOUTH)
+def _is_commanded(recording: Recording, window_ns: Window) -> bool:
+    """There were commands up to the end of the window."""
+    stamps_ns = recording.commands.stamps_ns
+    return recording.commanded_ns <= window_ns[1] or bool(((stamps_ns > 0) & (stamps_ns <= window_ns[1])).any())
 
 
 # -- the end and the audit -------------------------------------------------------------------------
@@ -167,21 +206,20 @@ def _given(end_reason: EndReason) -> EndReason:
     return EndReason.STOPPED if end_reason in (EndReason.FINAL_WAYPOINT, EndReason.BLOCKED) else end_reason
 
 
-def _ended(grid: Grid, tracker: CellTracker, end_reason: EndReason) -> EndReason:
-    if not tracker.finished:
-        return _given(end_reason)
-    return EndReason.FINAL_WAYPOINT if tracker.state == grid.goal_state else EndReason.BLOCKED
+def _ended(grid: Grid, state: int | None) -> EndReason:
+    return EndReason.FINAL_WAYPOINT if state == grid.goal_state else EndReason.BLOCKED
 
 
 def _audit(
-    grid: Grid, recording: Recording, window_ns: Window, settings: DiscretiseSettings, moves: tuple[_Fitness, Track, int, int],
+    grid: Grid, recording: Recording, window_ns: Window, settings: DiscretiseSettings, found: Followed,
 ) -> Audit:
     """Counts over the samples of the final window; each sample is counted for the first reason that fits."""
-    poses, (fit, track, ambiguous, astray) = recording.poses, moves
+    poses, fit, track = recording.poses, found.fit, found.follower.track
     inside = _in_window(poses.stamps_ns, window_ns)
-    where = np.flatnonzero(inside)
-    unstamped = _count(poses.stamps_ns[where[0] : where[-1] + 1] == 0)
     on_time = _on_time(poses.stamps_ns, inside)
+    where = np.flatnonzero(on_time)
+    inside[where[-1] + 1 :] = False  # A recorder is done by then: what is later still is not looked at.
+    unstamped, strays = (_count(poses.stamps_ns[where[0] : where[-1] + 1] == stamp_ns) for stamp_ns in (0, STRAY_NS))
     finite, level, used = (on_time & mask for mask in fit)
     gaps = np.diff(poses.stamps_ns[used])
     max_gap_s = float(np.float32(gaps.max() / NS)) if gaps.size else 0.0  # As it travels in the message.
@@ -189,19 +227,24 @@ def _audit(
         'nan': _count(on_time & ~finite),
         'off_altitude': _count(finite & ~level),
         'used': _count(used),
-        'astray': astray,
+        'stray': strays,
+        'astray': found.count(Verdict.ASTRAY),
+        'drifted': found.count(Verdict.DRIFTED),
+        'itself': found.count(Verdict.ITSELF),
         'start_ns': window_ns[0],
         'commands': _count(_in_window(recording.commands.stamps_ns, window_ns)),
     }
     return Audit(
-        samples=_count(inside) + unstamped,
-        late=_count(inside & ~on_time),
+        samples=_count(inside) + unstamped + strays,
+        late=_count(inside & ~on_time) + strays,
         unstamped=unstamped,
         out_of_grid=_count(level & ~used),
         cell_skips=track.skips,
-        ambiguous_actions=ambiguous,
+        ambiguous_actions=sum(
+            one.verdict is Verdict.BY_MOTION and not inserted for one, inserted in zip(found.decided, track.inserted, strict=True)
+        ),
         max_gap_s=max_gap_s,
-        notes=_notes(grid, settings, track, numbers, max_gap_s),
+        notes=_notes(grid, settings, found, numbers, max_gap_s),
     )
 
 
@@ -210,9 +253,10 @@ def _count(mask: Mask) -> int:
 
 
 def _notes(
-    grid: Grid, settings: DiscretiseSettings, track: Track, numbers: dict[str, int], max_gap_s: float,
+    grid: Grid, settings: DiscretiseSettings, found: Followed, numbers: dict[str, int], max_gap_s: float,
 ) -> tuple[str, ...]:
     """One sentence for each thing that a person should know."""
+    track = found.follower.track
     breaks, start_ns = track.breaks[:MAX_BREAK_NOTES], numbers['start_ns']
     more = len(track.breaks) - len(breaks)
     tolerance = f'{settings.altitude_tolerance_m:g} m off the altitude of {grid.altitude_m:g} m'
@@ -221,8 +265,14 @@ def _notes(
         (numbers['nan'], f'{numbers["nan"]} positions are not numbers and were dropped'),
         (numbers['off_altitude'], f'{numbers["off_altitude"]} samples more than {tolerance} were not used'),
         (max_gap_s > settings.max_gap_s, f'{max_gap_s:.2f} s passed between two used samples'),
-        (track.states and not numbers['commands'], 'no commands were recorded: the motion decided every move'),
+        (numbers['stray'], f'{numbers["stray"]} positions have stamps far from the others and were not used'),
+        (
+            track.states and not numbers['commands'] and not numbers['drifted'] and not numbers['itself'],
+            'no commands were recorded: the motion decided every move',
+        ),
         (numbers['astray'], f'{numbers["astray"]} moves went elsewhere than commanded; the command is the action'),
+        (numbers['drifted'], f'{numbers["drifted"]} moves without a command are left out: the vehicle drifted'),
+        (numbers['itself'], f'{numbers["itself"]} moves are left out: the autopilot flew by itself ({found.modes()})'),
         *((True, f'{note}, {(stamp_ns - start_ns) / NS:.1f} s into the flight') for stamp_ns, note in breaks),
         (more > 0, f'{more} more stretches of moves are not known'),
     )

@@ -2,29 +2,28 @@
 
 from __future__ import annotations
 
-import math
-from collections import deque
 from enum import Enum
 from typing import NamedTuple
 
 import numpy as np
 
+from advise_ros.core.actions import Verdict
 from advise_ros.core.demonstration import Demonstration, EndReason
-from advise_ros.core.discretise import DiscretiseSettings, discretise
-from advise_ros.core.flights import flown_altitude_m, landed_altitude_m, name, number_of, why_not
-from advise_ros.core.grid import Grid
-from advise_ros.core.remarks import BEGINNING_UNHEARD, beginning_unheard, taken_back
-from advise_ros.core.samples import CommandSamples, PoseSamples, Recording, VehicleEvent
-from advise_ros.core.tracker import CellTracker
+from advise_ros.core.discretise import DiscretiseSettings, fitness, follow, new_tracker
+from advise_ros.core.flights import demonstration_of, name, number_of, why_not
+from advise_ros.core.grid import Action, Grid
+from advise_ros.core.live_samples import LiveSamples, Sample, Vector, arrays
+from advise_ros.core.remarks import BEGINNING_UNHEARD, taken_back
+from advise_ros.core.samples import NEVER_NS, PolicyEvent, PoseSamples, VehicleEvent
+from advise_ros.core.segments import Bands, Flight, Segmenter
+from advise_ros.core.track import Follower
+from advise_ros.core.tracker import NS
 
-# Samples stamped before the end of a window may still be on their way for this long (steady time).
+# Samples of one stamp may be on their way for this long, and overtake each other.
 SETTLE_S = 0.2
-# Samples kept while nothing is recorded: some of a window's first ones may arrive before it opens.
-KEEP = 400
-# A pose this much older than the newest one means that the clock was set back.
-CLOCK_BACK_NS = 1_000_000_000
-
-Vector = tuple[float, float, float]
+SETTLE_NS = round(SETTLE_S * NS)
+# So long without a position, those that are held back as doubtful are given up.
+SILENCE_S = 5.0
 
 
 class Phase(Enum):
@@ -43,92 +42,73 @@ class Reply(NamedTuple):
 
 
 class Output(NamedTuple):
-    """Something to publish, or something to tell a person, or both."""
+    """Something to publish, or something to tell a person, or both; `warning`: the person should look."""
 
     demonstration: Demonstration | None
     remark: str
+    warning: bool = False
 
 
 class Recorder:
     """Collects one vehicle's samples and cuts demonstrations out of them.
 
     By flights: a window opens when the vehicle reaches the grid's altitude after take-off and ends at the
-    final waypoint, landing or disarming; a new one needs a new take-off. The vehicle's state tells when it is
-    in the air, or its altitude where the state is not known. Otherwise, and beside it, `start` and `stop`.
-    Flights of a policy are left out. One whose climb was not heard, because the recorder was started in
-    mid-flight or its positions came late, is kept, with a note in its audit.
+    final waypoint, landing or disarming; a new one needs a new take-off (see Segmenter). Otherwise, and beside it,
+    `start` and `stop`. Flights of a policy are left out unless `policy_flights`. One whose climb was not heard, because the
+    recorder was started in mid-flight or its positions came late, is kept, with a note in its audit. Where the vehicle
+    goes elsewhere than commanded, that is told at once.
 
-    What `take` returns equals `discretise` of the samples given, within the demonstration's window, but for that note.
+    What `take` returns equals demonstrations_of the samples given (core/flights.py), as long as none is
+    later than SETTLE_S; and each equals `discretise` of its own window, but for the note on its climb.
 
     Raises:
         InputError: the hysteresis is not below half a cell.
     """
 
-    def __init__(self, grid: Grid, settings: DiscretiseSettings, source: str, *, by_flights: bool) -> None:
+    def __init__(
+        self, grid: Grid, settings: DiscretiseSettings, source: str, *, by_flights: bool, policy_flights: bool = False,
+    ) -> None:
         self._grid, self._settings, self._source, self._by_flights = grid, settings, source, by_flights
-        self._tracker = self._new_tracker()
-        self._up_m = flown_altitude_m(grid, settings.altitude_tolerance_m)
+        self._samples = LiveSamples()
+        self._bands = Bands(grid, settings.altitude_tolerance_m)
+        self._segmenter = Segmenter(policy_flights=policy_flights)
+        self._follower = Follower(new_tracker(grid, settings))
+        self._followed = self._moves = self._newest_ns = 0
         self.phase = Phase.IDLE
         self.published: list[str] = []
         self._count = 0
-        self._poses: list[tuple[int, Vector]] = []
-        self._commands: list[tuple[int, Vector]] = []
-        self._newest_ns = self._newest_command_ns = 0
-        self._pending: deque[VehicleEvent] = deque()
-        self._seen_ns, self._silent_s = -1, 0.0
-        self._knows_state = self._airborne = self._flown = self._policy_flies = False
-        self._manual = self._was_low = self._unheard = False
+        self._manual = False
         self._start_ns = self._end_ns = 0
-        self._end_reason = EndReason.STOPPED
+        self._seen = self._arrived = 0
+        self._silent_since_s = 0.0
         self._closing_s: float | None = None
         self._outputs: list[Output] = []
 
     # -- samples -------------------------------------------------------------------------------
     def pose(self, stamp_ns: int, position_enu_m: Vector) -> None:
         """A position in the map frame; anything is taken, the audit tells what could not be used."""
-        if 0 < stamp_ns < self._newest_ns - CLOCK_BACK_NS:
-            self._forget()
-        self._poses.append((stamp_ns, position_enu_m))
-        self._trim(self._poses)
-        if stamp_ns <= self._newest_ns:
-            return
-        self._newest_ns = stamp_ns
-        self._apply_events(stamp_ns)
-        if math.isfinite(position_enu_m[2]):
-            self._watch_altitude(stamp_ns, position_enu_m[2])
-        if self.phase is Phase.OPEN:
-            self._follow(stamp_ns, position_enu_m)
+        self._arrived += 1
+        for is_new_epoch, samples in self._samples.pose(stamp_ns, position_enu_m):
+            if is_new_epoch:
+                self._new_epoch()
+            self._samples.add(samples)
+            stamps_ns = np.array([stamp for stamp, _ in samples], dtype=np.int64)
+            for event in self._bands.take(stamps_ns, np.array([position[2] for _, position in samples])):
+                self._samples.happens(event)
+        if self.phase is Phase.IDLE:
+            self._samples.trim()
 
     def command(self, stamp_ns: int, velocity_enu_m_s: Vector) -> None:
         """A commanded velocity in the map frame."""
-        self._newest_command_ns = max(self._newest_command_ns, stamp_ns)
-        self._commands.append((stamp_ns, velocity_enu_m_s))
-        self._trim(self._commands)
+        self._samples.command(stamp_ns, velocity_enu_m_s)
 
     def vehicle(self, event: VehicleEvent) -> None:
         """The vehicle's state, as often as it is told; it holds for the positions stamped after it."""
-        self._pending.append(event)
-        if event.stamp_ns <= self._newest_ns:
-            self._apply_events(self._newest_ns)
+        self._samples.event(event)
 
-    def _apply_events(self, until_ns: int) -> None:
-        while self._pending and self._pending[0].stamp_ns <= until_ns:
-            self._apply(self._pending.popleft())
-
-    def _apply(self, event: VehicleEvent) -> None:
-        self._knows_state = True
-        airborne = event.armed and event.in_air
-        if self._airborne and not airborne:
-            self._landed(event.stamp_ns, EndReason.LANDED if event.armed else EndReason.DISARMED)
-        self._airborne = airborne
-
-    def policy(self, *, flies: bool) -> None:
-        """Whether a policy flies the vehicle."""
-        self._policy_flies = flies
-        if flies and self._by_flights:
-            self._flown = self._flown or self._airborne
-            if self.phase is Phase.OPEN and not self._manual:
-                self._close(EndReason.STOPPED, self._newest_ns)
+    def policy(self, *, flies: bool, stamp_ns: int = 0) -> None:
+        """Whether a policy flies the vehicle; without a stamp, from the newest position on."""
+        self._samples.event(PolicyEvent(stamp_ns, flies))
 
     def heard(self, demonstration_id: str) -> None:
         """Somebody holds a demonstration with this id: numbers go on after it, as after those of a former run."""
@@ -139,7 +119,7 @@ class Recorder:
         """Open a window by hand; it takes the samples that are newer than all up to now."""
         if self.phase is not Phase.IDLE:
             return Reply(False, f'{self.next_id} is being recorded already; call stop or discard first')
-        self._open(self._newest_ns + 1, manual=True)
+        self._open(self._samples.newest_ns + 1, manual=True)
         return Reply(True, f'recording {self.next_id}; it ends at the final waypoint or by stop')
 
     def stop(self) -> Reply:
@@ -149,9 +129,10 @@ class Recorder:
             return Reply(False, f'nothing is being recorded{last}')
         if self.phase is Phase.OPEN:
             self._manual = True
-            self._close(EndReason.STOPPED, self._newest_ns)
-        found = self._discretised()
-        reason = why_not(found, manual=self._manual)
+            self._close()
+        flight = self._stopped()
+        found = self._demonstration(flight)
+        reason = why_not(found, flight, manual=True)
         if reason:
             self._idle()
             return Reply(False, f'nothing is published: {reason}')
@@ -165,7 +146,8 @@ class Recorder:
         if not self.published:
             return Reply(False, 'nothing is being recorded and nothing was published')
         taken = self.published.pop()
-        self._outputs.append(Output(taken_back(taken, self._source, self._grid, self._newest_ns), f'{taken} is taken back'))
+        back = taken_back(taken, self._source, self._grid, self._samples.newest_ns)
+        self._outputs.append(Output(back, f'{taken} is taken back'))
         return Reply(True, f'{taken} is taken back: a demonstration with its id and without moves is published')
 
     @property
@@ -176,42 +158,14 @@ class Recorder:
     # -- results -------------------------------------------------------------------------------
     def take(self, steady_s: float) -> list[Output]:
         """What has become ready; call it now and then with the monotonic time."""
-        self._settle_events(steady_s)
+        self._apply(self._settled_ns(steady_s))
         if self.phase is Phase.CLOSING:
             self._closing_s = steady_s if self._closing_s is None else self._closing_s
-            later = min(self._newest_ns, self._newest_command_ns) > self._end_ns
+            later = min(self._samples.newest_ns, self._samples.newest_command_ns) > self._end_ns
             if later or steady_s - self._closing_s >= SETTLE_S:
-                self._finish()
+                self._finish(self._stopped())
         ready, self._outputs = self._outputs, []
         return ready
-
-    def _settle_events(self, steady_s: float) -> None:
-        """Events ahead of the positions count all the same when no positions come for a while."""
-        if not self._pending or self._newest_ns != self._seen_ns:
-            self._seen_ns, self._silent_s = self._newest_ns, steady_s
-        elif steady_s - self._silent_s >= SETTLE_S:
-            self._apply_events(max(event.stamp_ns for event in self._pending))
-
-    def _finish(self) -> None:
-        found = self._discretised()
-        reason = why_not(found, manual=self._manual)
-        self._idle()
-        if reason:
-            self._outputs.append(Output(None, f'the flight gives no demonstration: {reason}'))
-            return
-        self._count += 1
-        self.published.append(found.demonstration_id)
-        ended = found.end_reason.name.lower().replace('_', ' ')
-        remark = f'{found.demonstration_id}: {len(found.states)} moves, ended by {ended}'
-        self._outputs.append(Output(found, f'{remark}; {BEGINNING_UNHEARD}' if self._unheard else remark))
-
-    def _discretised(self) -> Demonstration:
-        recording = Recording(
-            PoseSamples(*_arrays(self._poses)), CommandSamples(*_arrays(self._commands)), source=self._source,
-        )
-        window_ns = (self._start_ns, self._end_ns)
-        found = discretise(self._grid, recording, window_ns, self._settings, self.next_id, self._end_reason)
-        return beginning_unheard(found) if self._unheard else found
 
     def adopt(self, demonstrations: tuple[Demonstration, ...]) -> None:
         """Publish demonstrations made elsewhere, as if they had been recorded."""
@@ -220,67 +174,110 @@ class Recorder:
             self.published.append(found.demonstration_id)
         self._count += len(demonstrations)
 
+    # -- in the order of the stamps ------------------------------------------------------------
+    def _settled_ns(self, steady_s: float) -> int:
+        """Nothing is on its way any more with a stamp up to this one."""
+        if self._arrived != self._seen:
+            self._seen, self._silent_since_s = self._arrived, steady_s
+        silent_s = steady_s - self._silent_since_s
+        if silent_s >= (SILENCE_S if self._samples.waits_for_more else SETTLE_S):
+            return NEVER_NS
+        return self._samples.newest_ns - SETTLE_NS
+
+    def _apply(self, until_ns: int) -> None:
+        pending = self._samples.pending
+        while pending and pending[0].stamp_ns <= until_ns:
+            event = pending.pop(0)
+            self._follow(event.stamp_ns)
+            opened_ns = self._segmenter.opened_ns
+            self._ended(self._segmenter.take(event))
+            if self._segmenter.opened_ns not in (opened_ns, -1) and self._by_flights and self.phase is Phase.IDLE:
+                self._open(self._segmenter.opened_ns, manual=False)
+        self._follow(until_ns)
+
+    def _ended(self, flight: Flight | None) -> None:
+        if flight is not None and self.phase is Phase.OPEN and not self._manual:
+            self._finish(flight)
+
+    def _new_epoch(self) -> None:
+        """The clock was set back: what is sound before that is a flight up to there."""
+        self._apply(NEVER_NS)
+        self._ended(self._segmenter.new_epoch(self._samples.newest_ns))
+        if self.phase is not Phase.IDLE:
+            self._close()
+            self._finish(self._stopped())
+        self._outputs.append(Output(None, 'the clock of the positions was set back; a flight under way ends there', warning=True))
+        self._samples.new_epoch()
+        self._bands.restart()
+
     # -- windows -------------------------------------------------------------------------------
-    def _new_tracker(self) -> CellTracker:
-        settings = self._settings
-        return CellTracker(
-            self._grid, settings.hysteresis_m, max_skip_cells=settings.max_skip_cells, max_gap_s=settings.max_gap_s,
-        )
-
-    def _watch_altitude(self, stamp_ns: int, altitude_m: float) -> None:
-        if not self._knows_state:
-            if self._airborne and altitude_m < landed_altitude_m(self._grid):
-                self._landed(stamp_ns, EndReason.LANDED)
-                self._airborne = False
-            self._airborne = self._airborne or altitude_m >= landed_altitude_m(self._grid)
-        self._was_low = self._was_low or altitude_m < self._up_m
-        if self._by_flights and self._airborne and not self._flown and altitude_m >= self._up_m:
-            self._flown = True
-            if self.phase is Phase.IDLE and not self._policy_flies:
-                self._open(stamp_ns, manual=False)
-
-    def _landed(self, stamp_ns: int, reason: EndReason) -> None:
-        self._flown = False
-        if self.phase is Phase.OPEN and not self._manual:
-            self._close(reason, stamp_ns if stamp_ns > self._start_ns else self._newest_ns)
-
     def _open(self, start_ns: int, *, manual: bool) -> None:
-        self.phase, self._manual = Phase.OPEN, manual
-        self._start_ns = start_ns
-        self._unheard = not manual and not self._was_low
-        self._tracker = self._new_tracker()
+        self.phase, self._manual, self._start_ns = Phase.OPEN, manual, start_ns
+        self._follower = Follower(new_tracker(self._grid, self._settings))
+        self._followed, self._moves, self._newest_ns = 0, 0, start_ns - 1
 
-    def _follow(self, stamp_ns: int, position_enu_m: Vector) -> None:
-        """As discretise does with samples that are newer than all before."""
-        x_enu_m, y_enu_m, z_enu_m = position_enu_m
-        if abs(z_enu_m - self._grid.altitude_m) <= self._settings.altitude_tolerance_m:
-            self._tracker.update(x_enu_m, y_enu_m, stamp_ns)
-        if self._tracker.finished:
-            self._close(EndReason.FINAL_WAYPOINT, stamp_ns)
+    def _follow(self, until_ns: int) -> None:
+        """Go along the positions up to a stamp; at each move look at the flight as discretise does."""
+        if self.phase is not Phase.OPEN:
+            return
+        fresh: list[Sample] = []
+        poses = self._samples.poses
+        while self._followed < len(poses) and poses[self._followed][0] <= until_ns:
+            if poses[self._followed][0] > self._newest_ns:
+                self._newest_ns = poses[self._followed][0]
+                fresh.append(poses[self._followed])
+            self._followed += 1
+        if not fresh:
+            return
+        samples = PoseSamples(*arrays(fresh))
+        on_grid = fitness(self._grid, samples, self._settings).on_grid
+        self._follower.take(samples.stamps_ns[on_grid], samples.positions_enu_m[on_grid])
+        if len(self._follower.track.states) > self._moves or self._follower.end_ns is not None:
+            self._look()
 
-    def _close(self, reason: EndReason, end_ns: int) -> None:
-        self.phase, self._end_reason, self._end_ns, self._closing_s = Phase.CLOSING, reason, end_ns, None
+    def _look(self) -> None:
+        """Say at once where the vehicle went elsewhere than commanded; end at the final waypoint."""
+        recording = self._samples.recording(self._source)
+        followed = follow(self._grid, recording, (self._start_ns, self._newest_ns), self._settings)
+        if followed is None:
+            return
+        track, begin = followed.follower.track, self._moves
+        for state, motion, decided in list(zip(track.states, track.motions, followed.decided, strict=True))[begin:]:
+            if decided.verdict is Verdict.ASTRAY:
+                cell = list(self._grid.xy(self._grid.cell_of(state)))
+                went = f'{self.next_id}: it went {Action(motion).name} from cell {cell}'
+                remark = f'{went} while {Action(decided.action).name} was commanded; the command is taken as the action'
+                self._outputs.append(Output(None, remark, warning=True))
+        self._moves = len(track.states)
+        if followed.ended:
+            end_ns = followed.window_ns[1]
+            flight = Flight((self._start_ns, end_ns), EndReason.FINAL_WAYPOINT)
+            self._finish(flight if self._manual else self._segmenter.so_far(flight))
+
+    def _close(self) -> None:
+        """The window ends here; late samples have their time still."""
+        self.phase, self._end_ns, self._closing_s = Phase.CLOSING, self._samples.newest_ns, None
+
+    def _stopped(self) -> Flight:
+        flight = Flight((self._start_ns, self._end_ns), EndReason.STOPPED)
+        return self._segmenter.so_far(flight) if self._segmenter.opened_ns == self._start_ns else flight
+
+    def _demonstration(self, flight: Flight) -> Demonstration:
+        return demonstration_of(self._grid, self._samples.recording(self._source), flight, self._settings, self.next_id)
+
+    def _finish(self, flight: Flight) -> None:
+        found = self._demonstration(flight)
+        reason = why_not(found, flight, manual=self._manual)
+        self._idle()
+        if reason:
+            self._outputs.append(Output(None, f'the flight gives no demonstration: {reason}'))
+            return
+        self._count += 1
+        self.published.append(found.demonstration_id)
+        ended = found.end_reason.name.lower().replace('_', ' ')
+        remark = f'{found.demonstration_id}: {len(found.states)} moves, ended by {ended}'
+        self._outputs.append(Output(found, f'{remark}; {BEGINNING_UNHEARD}' if flight.unheard else remark))
 
     def _idle(self) -> None:
         self.phase = Phase.IDLE
-        del self._poses[:-KEEP], self._commands[:-KEEP]
-
-    def _trim(self, samples: list[tuple[int, Vector]]) -> None:
-        if self.phase is Phase.IDLE and len(samples) > 2 * KEEP:
-            del samples[:-KEEP]
-
-    def _forget(self) -> None:
-        """The clock was set back: old samples would lie in the way of new ones."""
-        if self.phase is not Phase.IDLE:
-            remark = 'the clock of the positions was set back: what was being recorded is dropped'
-            self._outputs.append(Output(None, remark))
-        self._poses.clear()
-        self._commands.clear()
-        self._newest_ns = self._newest_command_ns = 0
-        self._pending.clear()
-        self._idle()
-
-
-def _arrays(rows: list[tuple[int, Vector]]) -> tuple[np.ndarray, np.ndarray]:
-    stamps_ns = np.array([stamp_ns for stamp_ns, _ in rows], dtype=np.int64)
-    return stamps_ns, np.array([vector for _, vector in rows], dtype=np.float64).reshape(-1, 3)
+        self._samples.trim()

@@ -1,4 +1,4 @@
-"""The moves of a whole flight at once: as CellTracker makes them fix by fix, in a fraction of the time."""
+"""The moves of a flight, many fixes at once: as CellTracker makes them fix by fix, in a fraction of the time."""
 
 from __future__ import annotations
 
@@ -41,36 +41,64 @@ class Track:
         self.inserted.append(inserted)
 
 
-def follow(
-    tracker: CellTracker, stamps_ns: npt.NDArray[np.int64], positions_enu_m: npt.NDArray[np.float64],
-) -> tuple[Track, int | None]:
-    """The moves along fixes, all inside the grid, that a new tracker is taken through.
+class Follower:
+    """The moves along fixes, all inside the grid, given in blocks of any size; they may be one fix each.
 
-    Args:
-        stamps_ns: (n,) ascending.
-        positions_enu_m: (n, 2 or 3).
-
-    Returns:
-        The moves, and the stamp at which a terminal state was entered; the tracker is left in its last state.
+    Attributes:
+        track: the moves so far.
+        end_ns: when a terminal state was entered; what comes after is not looked at.
     """
-    track, grid = Track(), tracker.grid
-    rows, cells = tracker.path(positions_enu_m)
-    stamps = stamps_ns[rows].tolist()
-    entered_ns, here = 0, (0, 0)
-    for row, now_ns, there in zip(rows, stamps, cells, strict=True):
-        state, motion = tracker.state, MOVES.get((there[0] - here[0], there[1] - here[1]))
-        if state is None:
-            tracker.step(Fix(0, 0.0, 0.0), _fix(stamps_ns, positions_enu_m, row))
-        elif motion is not None:
-            track.add(state, motion, (entered_ns, now_ns))
-            tracker.state = grid.enter(grid.next_waypoint(state), grid.cell(*there))
-        else:
-            fixes = _fix(stamps_ns, positions_enu_m, row - 1), _fix(stamps_ns, positions_enu_m, row)
-            _record(track, grid, state, tracker.move(here, there, *fixes), (entered_ns, now_ns))
-        if tracker.finished:
-            return track, now_ns
-        entered_ns, here = now_ns, there
-    return track, None
+
+    def __init__(self, tracker: CellTracker) -> None:
+        self._tracker = tracker
+        self._before: Fix | None = None
+        self.track = Track()
+        self.entered_ns = 0
+        self.end_ns: int | None = None
+
+    @property
+    def grid(self) -> Grid:
+        return self._tracker.grid
+
+    @property
+    def state(self) -> int | None:
+        """Where the vehicle is, None before the first fix."""
+        return self._tracker.state
+
+    def take(self, stamps_ns: npt.NDArray[np.int64], positions_enu_m: npt.NDArray[np.float64]) -> None:
+        """The next fixes.
+
+        Args:
+            stamps_ns: (n,) ascending.
+            positions_enu_m: (n, 2 or 3).
+        """
+        if self.end_ns is not None or not len(stamps_ns):
+            return
+        tracker, grid = self._tracker, self._tracker.grid
+        here = grid.xy(grid.cell_of(tracker.state)) if tracker.state is not None else None
+        rows, cells = tracker.path(positions_enu_m, here)
+        for row, now_ns, there in zip(rows, stamps_ns[rows].tolist(), cells, strict=True):
+            before = _fix(stamps_ns, positions_enu_m, row - 1) if row else self._before
+            self._step(here, there, before, _fix(stamps_ns, positions_enu_m, row))
+            if tracker.finished:
+                self.end_ns = now_ns
+                return
+            here = there
+        self._before = _fix(stamps_ns, positions_enu_m, len(stamps_ns) - 1)
+
+    def _step(self, here: tuple[int, int] | None, there: tuple[int, int], before: Fix | None, now: Fix) -> None:
+        tracker, grid = self._tracker, self._tracker.grid
+        state, stamps_ns = tracker.state, (self.entered_ns, now.stamp_ns)
+        self.entered_ns = now.stamp_ns
+        if state is None or here is None or before is None:
+            tracker.step(Fix(0, 0.0, 0.0), now)
+            return
+        motion = MOVES.get((there[0] - here[0], there[1] - here[1]))
+        if motion is None:
+            _record(self.track, grid, state, tracker.move(here, there, before, now), stamps_ns)
+            return
+        self.track.add(state, motion, stamps_ns)
+        tracker.state = grid.enter(grid.next_waypoint(state), grid.cell(*there))
 
 
 def _fix(stamps_ns: npt.NDArray[np.int64], positions_enu_m: npt.NDArray[np.float64], row: int) -> Fix:

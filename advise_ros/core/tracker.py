@@ -27,7 +27,7 @@ class Path(NamedTuple):
     """Cells along many fixes, wherever the flight may have ended.
 
     Attributes:
-        rows: indices of the fixes at which the cell changes, the first fix included.
+        rows: indices of the fixes at which the cell changes; the very first fix included.
         cells: column and row from each of them on.
     """
 
@@ -117,18 +117,21 @@ class CellTracker:
         self.state = step.states[-1]
         return step
 
-    def path(self, positions_enu_m: npt.NDArray[np.float64]) -> Path:
-        """The cells along fixes (n, 2 or 3), all of them inside the grid, that follow a first one."""
-        if not len(positions_enu_m):
-            return Path([], [])
+    def path(self, positions_enu_m: npt.NDArray[np.float64], here: tuple[int, int] | None = None) -> Path:
+        """The cells along fixes (n, 2 or 3), n >= 1, all of them inside the grid.
+
+        Args:
+            here: column and row before them; None: the first fix tells, and is in the result.
+        """
         lowest, highest = zip(*(self._allowed(axis, positions_enu_m[:, axis]) for axis in (0, 1)), strict=True)
         # Only where the cells allowed change can the cell change.
         changed = np.zeros(len(positions_enu_m) - 1, dtype=np.bool_)
         for bounds in (*lowest, *highest):
             changed |= bounds[1:] != bounds[:-1]
-        events = np.flatnonzero(changed) + 1
-        x, y = self._first_cell(*positions_enu_m[0, :2].tolist())
-        rows, cells = [0], [(x, y)]
+        events = np.concatenate([[0], np.flatnonzero(changed) + 1])
+        x, y = here or self._first_cell(*positions_enu_m[0, :2].tolist())
+        rows: list[int] = [] if here else [0]
+        cells = [] if here else [(x, y)]
         limits = (bounds[events].tolist() for bounds in (*lowest, *highest))
         for row, west, south, east, north in zip(events.tolist(), *limits, strict=True):
             here = x, y

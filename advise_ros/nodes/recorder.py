@@ -45,7 +45,8 @@ class RecorderNode(Node):
     listens to a MAVLink link instead, with source tlog it reads a log and publishes all its flights.
     Publishes `demonstration` when a flight ends: at the final waypoint, at landing or disarming, or by
     recorder/stop; and `recorder/track`, a marker of where the drone was lately. Without vehicle_status the altitude
-    tells take-off and landing. Flights of the policy are left out. A flight whose climb was not heard, because the
+    tells take-off and landing. Flights of the policy are left out unless policy_flights, and so are moves that nobody made: in
+    modes in which the autopilot flies itself, or without a command. A flight whose climb was not heard, because the
     recorder began in mid-flight, has a note in its audit. Ids are counted on from those that the learner or another
     publisher has, so a recorder that is started again repeats none. A position that is not a number or in another
     frame is refused; the audit in each demonstration tells what of its samples was not used.
@@ -64,6 +65,7 @@ class RecorderNode(Node):
         self._grid = load_grid(self.config.grid_file)
         self._recorder = Recorder(
             self._grid, self.config.discretise_settings(), self._source(), by_flights=self.config.split == 'flights',
+            policy_flights=self.config.policy_flights,
         )
         self._link: Link | None = None
         self._listener: Listener | None = None
@@ -108,7 +110,10 @@ class RecorderNode(Node):
             raise InputError("parameter 'tlog_file' is empty; name the log to read, e.g. -p tlog_file:=flight.tlog")
         recording = read_tlog(self.config.tlog_file)
         undivided = self.config.split == 'manual'
-        found = demonstrations_of(self._grid, recording, self.config.discretise_settings(), undivided=undivided)
+        found = demonstrations_of(
+            self._grid, recording, self.config.discretise_settings(), undivided=undivided,
+            policy_flights=self.config.policy_flights,
+        )
         for note in (*recording.notes, *found.notes):
             self.get_logger().warning(note)
         self._recorder.adopt(found.demonstrations)
@@ -151,10 +156,13 @@ class RecorderNode(Node):
 
     def _on_vehicle(self, message: msg.VehicleStatus) -> None:
         stamp_ns = convert.stamp_to_ns(message.header.stamp)
-        self._recorder.vehicle(VehicleEvent(stamp_ns, message.armed, message.in_air))
+        self._recorder.vehicle(VehicleEvent(
+            stamp_ns, message.armed, message.in_air, message.mode, message.autopilot, message.owner, message.connected,
+        ))
 
     def _on_policy(self, message: msg.FlightStatus) -> None:
-        self._recorder.policy(flies=message.phase in (message.TO_START, message.FLYING))
+        stamp_ns = convert.stamp_to_ns(message.header.stamp)
+        self._recorder.policy(flies=message.phase in (message.TO_START, message.FLYING), stamp_ns=stamp_ns)
 
     def _on_demonstration(self, message: msg.Demonstration) -> None:
         self._recorder.heard(message.demonstration_id)
@@ -181,14 +189,12 @@ class RecorderNode(Node):
         if self._listener is not None:
             self._listener.poll(self.get_clock().now().nanoseconds, time.monotonic())
         for output in self._recorder.take(time.monotonic()):
-            self.get_logger().info(output.remark)
+            (self.get_logger().warning if output.warning else self.get_logger().info)(output.remark)
             if output.demonstration is not None:
                 self._publisher.publish(convert.demonstration_to_msg(output.demonstration))
                 self._report()
 
     def _report(self) -> None:
-        if self.config.source == 'topics' and not self.count_publishers(POLICY_TOPIC):
-            self._recorder.policy(flies=False)  # A policy node that died flies nothing.
         self._track.publish()
         self._tell()
 

@@ -5,17 +5,18 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
 from advise_ros.core.errors import LogError
-from advise_ros.core.samples import CommandSamples, PoseSamples, Recording, VehicleEvent
+from advise_ros.core.samples import Arrivals, CommandSamples, PolicyEvent, PoseSamples, Recording, VehicleEvent
 from advise_ros.recording import px4
 from advise_ros.recording.blocks import Block, Channel, Integers
 from advise_ros.recording.codec import Codec
 from advise_ros.recording.columns import STRINGS, Growing, read, why_unlike
+from advise_ros.recording.states import ADVISE, EVENT_OF, STATES, stamp_ns, status_names
 from advise_ros.recording.storage import open_source
 
 NS = 1_000_000_000
@@ -26,18 +27,20 @@ POSE_TYPES = (
     'geometry_msgs/msg/PoseStamped', 'nav_msgs/msg/Odometry', 'geometry_msgs/msg/PoseWithCovarianceStamped', *px4.TYPES,
 )
 COMMAND_TYPE = 'geometry_msgs/msg/TwistStamped'
-STATUS_TYPE = 'advise_msgs/msg/VehicleStatus'
 POLICY_TYPE = 'advise_msgs/msg/FlightStatus'
 POLICY_FLIES = (1, 2)  # FlightStatus.TO_START, FLYING
-NEVER_NS = int(np.iinfo(np.int64).max)
 
 ProgressCallback = Callable[[int, int], None]
+# Stamps, vectors and what they are in order of.
+_Ordered = tuple[Integers, npt.NDArray[np.float64], Integers]
+EventT = TypeVar('EventT', VehicleEvent, PolicyEvent)
 
 
 class BagTopics(NamedTuple):
     """Names of the topics to read: a name without leading '/' is found in any namespace.
 
     The first name of `pose` that the bag has is taken; the defaults fit advise_ros, MAVROS and the DDS of ArduPilot and PX4.
+    Without a `status` it is as recording/states.py says.
     `required` names those besides the positions that the bag must have: 'command', 'status'.
     """
 
@@ -45,7 +48,7 @@ class BagTopics(NamedTuple):
         '/pose', 'local_position/pose', 'pose', 'local_position/odom', 'odom', *ARDUPILOT_POSES, *px4.TOPICS,
     )
     command: str = 'cmd_vel'
-    status: str = 'vehicle_status'
+    status: str = ''
     policy: str = 'policy/status'
     required: tuple[str, ...] = ()
 
@@ -90,16 +93,24 @@ def _resolve(path: str | Path, types: dict[str, str], topics: BagTopics) -> _Top
     pose = _pose_topic(path, types, topics)
     others = (
         _beside(pose, name, [topic for topic, msgtype in types.items() if msgtype == wanted])
-        for name, wanted in ((topics.command, COMMAND_TYPE), (topics.status, STATUS_TYPE), (topics.policy, POLICY_TYPE))
+        for name, wanted in ((topics.command, COMMAND_TYPE), (topics.policy, POLICY_TYPE))
     )
-    found = _Topics(pose, *others)
+    command, policy = others
+    found = _Topics(pose, command, _status_topic(pose, types, topics.status), policy)
     for kind in topics.required:
         if not getattr(found, kind):
-            name, wanted = getattr(topics, kind), {'command': COMMAND_TYPE, 'status': STATUS_TYPE}[kind]
+            name, wanted = getattr(topics, kind), {'command': COMMAND_TYPE, 'status': ADVISE}[kind]
             raise LogError(
                 f"{path} has no {wanted} on a topic '{name}'; it has {_listed(types)}: name the right one (--{kind}-topic)"
             )
     return found
+
+
+def _status_topic(pose: str, types: dict[str, str], name: str) -> str:
+    """The one named, of any type that tells of the vehicle, or the first of STATES that is beside the positions."""
+    wanted = [(kind, name) for kind in EVENT_OF] if name else STATES
+    found = (_beside(pose, of, [topic for topic, msgtype in types.items() if msgtype == kind]) for kind, of in wanted)
+    return next(filter(None, found), '')
 
 
 def _listed(types: dict[str, str]) -> str:
@@ -153,26 +164,31 @@ class _Stretch:
             self.frames |= {ARDUPILOT_FRAME}
         self.others: Counter[str] = Counter()
         self.unfit = 0
-        self._stamps_ns, self._log_ns = Growing(np.int64), Growing(np.int64)
+        self._stamps_ns, self._log_ns, self._places = (Growing(np.int64) for _ in range(3))
         self._vectors = Growing(np.float64, 3)
 
-    def take(self, block: Block, rows: Integers) -> None:
+    def take(self, block: Block, rows: Integers, first: int) -> None:
+        """Messages of a block whose first message is the bag's message number `first`."""
         if self.problem:
             return
         column = px4.read(block, rows, self._px4) if self._px4 else read(block, rows, self.strings, self.frames)
         self._stamps_ns.add(column.stamps_ns)
         self._vectors.add(column.vectors)
         self._log_ns.add(column.log_ns)
+        self._places.add(first + column.rows)
         self.others += column.others
         self.unfit += column.unfit
 
-    def vectors(self, *, in_file_order: bool) -> tuple[Integers, npt.NDArray[np.float64]]:
-        """Stamps and vectors, in order; to be asked once."""
-        log_ns, stamps_ns, vectors = (grown.whole() for grown in (self._log_ns, self._stamps_ns, self._vectors))
-        if in_file_order or not (log_ns[1:] < log_ns[:-1]).any():
-            return stamps_ns, vectors
-        order = np.argsort(log_ns, kind='stable')
-        return stamps_ns[order], vectors[order]
+    def vectors(self, *, in_file_order: bool) -> _Ordered:
+        """Stamps, vectors and what they are in order of (number in the file, or log time); to be asked once."""
+        grown = (self._log_ns, self._stamps_ns, self._vectors, self._places)
+        log_ns, stamps_ns, vectors, places = (one.whole() for one in grown)
+        if in_file_order:
+            return stamps_ns, vectors, places
+        if (log_ns[1:] < log_ns[:-1]).any():
+            order = np.argsort(log_ns, kind='stable')
+            return stamps_ns[order], vectors[order], log_ns[order]
+        return stamps_ns, vectors, log_ns
 
 
 class _Messages:
@@ -180,20 +196,28 @@ class _Messages:
 
     def __init__(self, channel: Channel) -> None:
         self.channel = channel
-        self._found: list[tuple[int, bytes]] = []
+        self._found: list[tuple[int, int, bytes]] = []
 
-    def take(self, block: Block, rows: Integers) -> None:
+    def take(self, block: Block, rows: Integers, first: int) -> None:
+        """As _Stretch.take."""
         for row in rows.tolist():
-            self._found.append((int(block.log_ns[row]), block.data[int(block.starts[row]) : int(block.ends[row])]))
+            data = block.data[int(block.starts[row]) : int(block.ends[row])]
+            self._found.append((int(block.log_ns[row]), first + row, data))
 
-    def decoded(self, *, in_file_order: bool) -> tuple[list[Any], int]:
-        """The messages in order, and how many do not fit their definition; none where the bag has no definition."""
+    def decoded(self, *, in_file_order: bool) -> tuple[list[tuple[int, Any]], int]:
+        """The messages in order, each with what it is in order of, and how many do not fit their definition.
+
+        None where the bag has no definition.
+        """
         codec = Codec()
         if not self.channel.definition or why_unlike(self.channel):
             return [], len(self._found)
         codec.learn(self.channel.type_name, self.channel.encoding, self.channel.definition)
         ordered = self._found if in_file_order else sorted(self._found, key=lambda entry: entry[0])
-        values = [value for value in (codec.try_decode(data, self.channel.type_name) for _, data in ordered) if value]
+        values = [
+            (place if in_file_order else log_ns, value) for log_ns, place, data in ordered
+            if (value := codec.try_decode(data, self.channel.type_name))
+        ]
         return values, len(ordered) - len(values)
 
 
@@ -204,18 +228,21 @@ class _Collected:
         self._path, self._topics = path, topics
         self._vectors: dict[str, _Stretch] = {}
         self._messages: dict[str, _Messages] = {}
+        self._count = 0
 
     def take(self, block: Block) -> None:
         for number, channel in block.channels.items():
             taker = self._taker(channel)
             rows = block.where(number) if taker is not None else None
             if taker is not None and rows is not None and rows.size:
-                taker.take(block, rows)
+                taker.take(block, rows, self._count)
+        self._count += len(block.starts)
 
     def _taker(self, channel: Channel) -> _Stretch | _Messages | None:
         topic, names = channel.topic, self._topics
         wanted = {
-            COMMAND_TYPE: (names.command,), STATUS_TYPE: (names.status,), POLICY_TYPE: (names.policy,),
+            COMMAND_TYPE: (names.command,), POLICY_TYPE: (names.policy,),
+            **{kind: (names.status,) if names.status else status_names(kind) for kind in EVENT_OF},
             **dict.fromkeys(POSE_TYPES, names.pose),
         }.get(channel.type_name, ())
         if not any(_is_named(topic, name) for name in wanted):
@@ -228,18 +255,22 @@ class _Collected:
 
     def recording(self, types: dict[str, str], notes: tuple[str, ...], *, numbered: bool) -> Recording:
         found = _resolve(self._path, types, self._topics)
-        poses = self._poses(found.pose, numbered=numbered)
-        commands, said = self._commands(found.command, numbered=numbered)
-        events, unfit = self._values(found.status, numbered=numbered)
+        stamps_ns, positions_enu_m, in_order_of = self._poses(found.pose, numbered=numbered)
+        (commands_ns, velocities, commanded), said = self._commands(found.command, numbered=numbered)
+        statuses, unfit = self._values(found.status, numbered=numbered)
         flights, lost = self._values(found.policy, numbered=numbered)
         counts = ((self._vectors[found.pose].unfit, found.pose), (unfit, found.status), (lost, found.policy))
         said += [_unfit(count, topic) for count, topic in counts if count]
+        event_of = EVENT_OF.get(types.get(found.status, ''), EVENT_OF[ADVISE])
+        events, told = _changes([event_of(message) for _, message in statuses], [place for place, _ in statuses])
+        policy, flew = _changes([_policy_event(message) for _, message in flights], [place for place, _ in flights])
         return Recording(
-            PoseSamples(*poses), CommandSamples(*commands), _events(events), _policy_ns(flights),
+            PoseSamples(stamps_ns, positions_enu_m), CommandSamples(commands_ns, velocities), events, policy,
             source=str(self._path), notes=(*notes, *said),
+            arrivals=Arrivals(*(np.searchsorted(in_order_of, of, side='right') for of in (commanded, told, flew))),
         )
 
-    def _poses(self, topic: str, *, numbered: bool) -> tuple[Integers, npt.NDArray[np.float64]]:
+    def _poses(self, topic: str, *, numbered: bool) -> _Ordered:
         stretch = self._vectors.get(topic)
         if stretch is None:
             raise LogError(f'{self._path} has no message on {topic}; record a flight with positions')
@@ -255,10 +286,10 @@ class _Collected:
             raise LogError(f'{self._path}: none of the {stretch.unfit} messages on {topic} fits its type; name another topic')
         return poses
 
-    def _commands(self, topic: str, *, numbered: bool) -> tuple[tuple[Integers, npt.NDArray[np.float64]], list[str]]:
+    def _commands(self, topic: str, *, numbered: bool) -> tuple[_Ordered, list[str]]:
         stretch = self._vectors.get(topic)
         if stretch is None:
-            return (np.empty(0, dtype=np.int64), np.empty((0, 3))), []
+            return (np.empty(0, dtype=np.int64), np.empty((0, 3)), np.empty(0, dtype=np.int64)), []
         if stretch.problem:
             raise LogError(f'{self._path}, topic {topic}: {stretch.problem}')
         notes = [
@@ -267,7 +298,7 @@ class _Collected:
         ]
         return stretch.vectors(in_file_order=numbered), notes + [_unfit(stretch.unfit, topic)] * bool(stretch.unfit)
 
-    def _values(self, topic: str, *, numbered: bool) -> tuple[list[Any], int]:
+    def _values(self, topic: str, *, numbered: bool) -> tuple[list[tuple[int, Any]], int]:
         messages = self._messages.get(topic)
         return messages.decoded(in_file_order=numbered) if messages else ([], 0)
 
@@ -276,29 +307,11 @@ def _unfit(count: int, topic: str) -> str:
     return f'{count} messages on {topic} do not fit their type and were not used'
 
 
-def _stamp_ns(message: Any) -> int:
-    return int(message.header.stamp.sec) * NS + int(message.header.stamp.nanosec)
+def _policy_event(message: Any) -> PolicyEvent:
+    return PolicyEvent(stamp_ns(message), message.phase in POLICY_FLIES)
 
 
-def _events(statuses: list[Any]) -> tuple[VehicleEvent, ...]:
-    events: list[VehicleEvent] = []
-    for message in statuses:
-        state = (bool(message.armed), bool(message.in_air))
-        if not events or events[-1][1:] != state:
-            events.append(VehicleEvent(_stamp_ns(message), *state))
-    return tuple(events)
-
-
-def _policy_ns(statuses: list[Any]) -> tuple[tuple[int, int], ...]:
-    """When a policy flew; a flight whose end is not told lasts for ever, or until another policy node says that it is idle."""
-    found: list[tuple[int, int]] = []
-    last_ns = 0
-    for message in statuses:
-        flying = message.phase in POLICY_FLIES
-        is_open = bool(found) and found[-1][1] == NEVER_NS
-        if flying and not is_open:
-            found.append((_stamp_ns(message), NEVER_NS))
-        elif not flying and is_open:
-            found[-1] = (found[-1][0], _stamp_ns(message) or last_ns)
-        last_ns = _stamp_ns(message) if flying else 0
-    return tuple(found)
+def _changes(events: list[EventT], arrived: list[int]) -> tuple[tuple[EventT, ...], Integers]:
+    """Each event that differs from the one before it, and what belongs to it."""
+    kept = [row for row, event in enumerate(events) if not row or event[1:] != events[row - 1][1:]]
+    return tuple(events[row] for row in kept), np.array([arrived[row] for row in kept], dtype=np.int64)

@@ -65,6 +65,7 @@ class Column(NamedTuple):
         log_ns: (m,) when they were recorded.
         others: frame -> messages that are in it and not in one of those wanted; they are left out.
         unfit: messages whose bytes are not of the type; they are left out.
+        rows: (m,) where they lie in the block.
     """
 
     stamps_ns: Integers
@@ -72,6 +73,7 @@ class Column(NamedTuple):
     log_ns: Integers
     others: Counter[str]
     unfit: int
+    rows: Integers
 
 
 @cache
@@ -121,7 +123,7 @@ def read(block: Block, rows: Integers, strings: int, frames: frozenset[str]) -> 
     vectors = np.empty((len(rows), 3))
     for axis in range(3):
         vectors[:, axis] = gather(data, '<f8', starts + at + 8 * axis)
-    return Column(stamps_ns, vectors, block.log_ns[rows], others, count - fitting)
+    return Column(stamps_ns, vectors, block.log_ns[rows], others, count - fitting, rows)
 
 
 def _only(kept: npt.NDArray[np.bool_], *arrays: Integers) -> tuple[Integers, ...]:

@@ -28,12 +28,14 @@ class Task:
 
     Attributes:
         undivided: take it as one flight.
+        policy_flights: take flights of a policy, too.
     """
 
     grid: Grid
     settings: DiscretiseSettings = DiscretiseSettings()
     topics: BagTopics = DEFAULT_TOPICS
     undivided: bool = False
+    policy_flights: bool = False
 
 
 class Harvest(NamedTuple):
@@ -49,7 +51,9 @@ def harvest(path: str, task: Task, progress: ProgressCallback | None = None) -> 
     """The demonstrations of one recording; nothing that is wrong with it is raised."""
     try:
         recording = read_recording(path, task.topics, progress)
-        found = demonstrations_of(task.grid, recording, task.settings, undivided=task.undivided)
+        found = demonstrations_of(
+            task.grid, recording, task.settings, undivided=task.undivided, policy_flights=task.policy_flights,
+        )
     except LogError as problem:
         return Harvest(path, (), (), str(problem))
     except (MemoryError, OSError, ValueError, LookupError, TypeError) as problem:  # One recording must not end the others.

@@ -12,13 +12,12 @@ from advise_ros.mavlink.messages import (
     EXTENDED_SYS_STATE,
     HEARTBEAT,
     LOCAL_POSITION_NED,
-    MODE_FLAG_ARMED,
     Message,
     dialect,
     message_interval,
 )
 from advise_ros.mavlink.stamps import BootOrder, Stamper
-from advise_ros.recording.tlog import SET_POSITION_TARGET_LOCAL_NED, in_air_from, is_velocity
+from advise_ros.recording.tlog import SET_POSITION_TARGET_LOCAL_NED, after_heartbeat, in_air_from, is_velocity
 
 # The second onboard computer: the first is the bridge.
 COMPONENT_ID = 192
@@ -37,8 +36,7 @@ class Listener:
     def __init__(self, link: Link, recorder: Recorder, *, simulated: bool) -> None:
         self._link, self._recorder = link, recorder
         self._order, self._stamper = BootOrder(), Stamper(simulated=simulated)
-        self._armed = False
-        self._in_air: bool | None = None
+        self._known = VehicleEvent(0, False, None)
         self._asked_s = self._position_s = -math.inf
         self.vehicle: tuple[int, int] | None = None
         self.positions = 0
@@ -78,11 +76,10 @@ class Listener:
 
     def _state(self, message: Message, now_ns: int) -> None:
         if message.get_msgId() == HEARTBEAT:
-            self._armed = bool(message.base_mode & MODE_FLAG_ARMED)
+            self._known = after_heartbeat(self._known, message)
         else:
-            self._in_air = in_air_from(message.landed_state, self._in_air)
-        if self._in_air is not None:  # Until the autopilot tells, the altitude does.
-            self._recorder.vehicle(VehicleEvent(now_ns, self._armed, self._in_air))
+            self._known = self._known._replace(in_air=in_air_from(message.landed_state, self._known.in_air))
+        self._recorder.vehicle(self._known._replace(stamp_ns=now_ns))
 
     def _setpoint(self, message: Message, now_ns: int) -> None:
         if self.vehicle is not None and message.target_system in (0, self.vehicle[0]) and is_velocity(message):

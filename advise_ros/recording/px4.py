@@ -88,4 +88,4 @@ def read(block: Block, rows: Integers, where: Layout) -> Column:
     for at in where.valid_at:
         positions[gather(data, 'u1', starts + at) == 0] = np.nan
     stamps_ns: npt.NDArray[np.int64] = (gather(data, '<u8', starts + where.stamp_at) * np.uint64(NS_PER_US)).astype(np.int64)
-    return Column(stamps_ns, enu_rows_from_ned(positions), block.log_ns[rows], others, count - fitting)
+    return Column(stamps_ns, enu_rows_from_ned(positions), block.log_ns[rows], others, count - fitting, rows)

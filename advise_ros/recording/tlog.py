@@ -14,9 +14,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from advise_ros.core.errors import LogError
-from advise_ros.core.samples import CommandSamples, PoseSamples, Recording, VehicleEvent
+from advise_ros.core.samples import Arrivals, CommandSamples, PoseSamples, Recording, VehicleEvent
+from advise_ros.mavlink.companion import MACHINES
 from advise_ros.mavlink.frames import Vector, enu_from_ned
 from advise_ros.mavlink.messages import (
+    AUTOPILOT_NAMES,
     EXTENDED_SYS_STATE,
     FRAME_LOCAL_NED,
     HEARTBEAT,
@@ -193,18 +195,21 @@ def _sender(frame: Logged) -> tuple[int, int]:
 
 
 def _recording(path: str | Path, frames: list[Logged], vehicle: tuple[int, int], scan: Scan) -> Recording:
-    own = [frame for frame in frames if _sender(frame) == vehicle]
-    positions = [frame for frame in own if frame.message.get_msgId() == LOCAL_POSITION_NED]
-    others = {_sender(frame)[0] for frame in frames if frame.message.get_msgId() == LOCAL_POSITION_NED} - {vehicle[0]}
-    setpoints = [frame for frame in frames if _is_for(frame, vehicle)]
-    velocities = [frame for frame in setpoints if is_velocity(frame.message)]
-    moved = [(f.stamp_ns, (f.message.vx, f.message.vy, f.message.vz)) for f in velocities]
+    mine = [_sender(frame) == vehicle for frame in frames]
+    kinds = [frame.message.get_msgId() for frame in frames]
+    places = [row for row, kind in enumerate(kinds) if kind == LOCAL_POSITION_NED and mine[row]]
+    others = {_sender(frame)[0] for frame, kind in zip(frames, kinds, strict=True) if kind == LOCAL_POSITION_NED} - {vehicle[0]}
+    setpoints = [row for row, frame in enumerate(frames) if _is_for(frame, vehicle)]
+    velocities = [row for row in setpoints if is_velocity(frames[row].message)]
+    moved = [(frames[row].stamp_ns, (m.vx, m.vy, m.vz)) for row in velocities for m in [frames[row].message]]
+    events, told = _events([(row, frame) for row, frame in enumerate(frames) if mine[row]])
     return Recording(
-        poses=PoseSamples(*_arrays([(f.stamp_ns, (f.message.x, f.message.y, f.message.z)) for f in positions])),
+        poses=PoseSamples(*_arrays([(frames[row].stamp_ns, (m.x, m.y, m.z)) for row in places for m in [frames[row].message]])),
         commands=CommandSamples(*_arrays(moved)),
-        events=_events(own),
+        events=events,
         source=str(path),
         notes=_notes(scan, (vehicle[0], others), len(setpoints) - len(velocities)),
+        arrivals=Arrivals(*(np.searchsorted(places, np.array(rows, dtype=np.int64)) for rows in (velocities, told, []))),
     )
 
 
@@ -224,22 +229,36 @@ def _arrays(rows: list[tuple[int, Vector]]) -> tuple[Any, Any]:
     return stamps_ns, vectors.reshape(-1, 3)
 
 
-def _events(own: list[Logged]) -> tuple[VehicleEvent, ...]:
-    """Changes of armed and in-air; none when the autopilot does not tell whether it is on the ground.
+def _events(own: list[tuple[int, Logged]]) -> tuple[tuple[VehicleEvent, ...], list[int]]:
+    """Changes of armed, in-air and mode, and the rows at which they are; none where the log tells none of them.
 
     Without heartbeats of the vehicle in the log, being in the air has to mean armed.
     """
     events: list[VehicleEvent] = []
-    armed = not any(frame.message.get_msgId() == HEARTBEAT for frame in own)
-    in_air: bool | None = None
-    for stamp_ns, message in own:
+    rows: list[int] = []
+    state = VehicleEvent(0, not any(frame.message.get_msgId() == HEARTBEAT for _, frame in own), None)
+    for row, (stamp_ns, message) in own:
         if message.get_msgId() == HEARTBEAT:
-            armed = bool(message.base_mode & MODE_FLAG_ARMED)
+            state = after_heartbeat(state, message)
         elif message.get_msgId() == EXTENDED_SYS_STATE:
-            in_air = in_air_from(message.landed_state, in_air)
-        if in_air is not None and (not events or events[-1][1:] != (armed, in_air)):
-            events.append(VehicleEvent(stamp_ns, armed, in_air))
-    return tuple(events)
+            state = state._replace(in_air=in_air_from(message.landed_state, state.in_air))
+        else:
+            continue
+        if not events or events[-1][1:] != state[1:]:
+            events.append(state._replace(stamp_ns=stamp_ns))
+            rows.append(row)
+    return tuple(events), rows
+
+
+def after_heartbeat(state: VehicleEvent, message: Message) -> VehicleEvent:
+    """What a HEARTBEAT of the autopilot tells; modes of other autopilots than the two have no name."""
+    machine = MACHINES.get(message.autopilot)
+    number = int(message.custom_mode)
+    return state._replace(
+        armed=bool(message.base_mode & MODE_FLAG_ARMED),
+        mode=machine.modes.get(number, f'mode {number:#x}') if machine else '',
+        autopilot=AUTOPILOT_NAMES.get(message.autopilot, ''),
+    )
 
 
 def in_air_from(landed_state: int, before: bool | None) -> bool | None:

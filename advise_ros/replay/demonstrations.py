@@ -8,10 +8,12 @@ from typing import Any
 from advise_ros.config import RecorderConfig
 from advise_ros.core.demonstration import Demonstration, EndReason
 from advise_ros.core.discretise import discretise
+from advise_ros.core.epochs import divide
 from advise_ros.core.errors import InputError
-from advise_ros.core.flights import Flight, split, why_not
+from advise_ros.core.flights import Flown, demonstration_of, split, why_not
 from advise_ros.core.grid import Grid
 from advise_ros.core.remarks import BEGINNING_UNHEARD, beginning_unheard
+from advise_ros.core.samples import Recording
 from advise_ros.replay.listeners import heard_otherwise
 from advise_ros.replay.session import Recorded, RecordedSession, at
 from advise_ros.replay.stage import Comparison, Stage
@@ -96,12 +98,13 @@ def _rebuilt(session: RecordedSession, config: RecorderConfig, value: Any) -> De
     grid = session.grid(published.grid)
     window_ns, end_reason = published.window_ns, published.end_reason
     if session.overrides:  # Elsewhere the flight may end later: look at all of it.
-        flights = split(grid, session.recording, config.altitude_tolerance_m)
+        flights = [one.flight for one in _flights(session, config, grid)]
         whole = [flight for flight in flights if flight.window_ns[0] <= window_ns[1] and flight.window_ns[1] >= window_ns[0]]
-        window_ns, end_reason = whole[0] if whole and end_reason != EndReason.STOPPED else (window_ns, end_reason)
+        if whole and end_reason != EndReason.STOPPED:
+            window_ns, end_reason = whole[0].window_ns, whole[0].end_reason
     found = discretise(
         grid,
-        session.recording._replace(source=published.source),
+        _part(session.recording, window_ns)._replace(source=published.source),
         window_ns,
         config.discretise_settings(),
         published.demonstration_id,
@@ -119,8 +122,8 @@ def _windows(session: RecordedSession, config: RecorderConfig, flown: list[Recor
     except InputError as problem:
         stage.count(f'{flown[0].where}: {problem}')
         return stage
-    flights = split(grid, session.recording, config.altitude_tolerance_m)
-    cut = [_cut(session, config, grid, flight) for flight in flights]
+    flights = _flights(session, config, grid)
+    cut = [demonstration_of(grid, one.part, one.flight, config.discretise_settings(), '') for one in flights]
     windows = {demonstration.window_ns[0]: demonstration for demonstration in cut}
     stopped = [one for one in flown if one.value.end_reason == EndReason.STOPPED]
     unheard = [one for one in flown if BEGINNING_UNHEARD in one.value.audit.notes and one not in stopped]
@@ -133,22 +136,28 @@ def _windows(session: RecordedSession, config: RecorderConfig, flown: list[Recor
     if unheard:
         windows_begin = '1 window begins' if len(unheard) == 1 else f'{len(unheard)} windows begin'
         stage.notes.append(f'{windows_begin} in mid-flight, where the recorder began, and taken as recorded')
-    without = sum(not why_not(demonstration, manual=False) for demonstration in windows.values()) - len(flown)
+    without = sum(not why_not(one, of.flight, manual=False) for one, of in zip(cut, flights, strict=True)) - len(flown)
     if without > 0:
         flights_have = 'flight along the route has' if without == 1 else 'flights along the route have'
         stage.notes.append(f'{without} {flights_have} no demonstration: discarded, or begun before the recorder')
     return stage
 
 
-def _cut(session: RecordedSession, config: RecorderConfig, grid: Grid, flight: Flight) -> Demonstration:
-    return discretise(grid, session.recording, flight.window_ns, config.discretise_settings(), '', flight.end_reason)
+def _flights(session: RecordedSession, config: RecorderConfig, grid: Grid) -> tuple[Flown, ...]:
+    return split(grid, session.recording, config.altitude_tolerance_m, policy_flights=config.policy_flights)
 
 
-def _window_difference(one: Recorded, windows: dict[int, Demonstration], flights: tuple[Flight, ...]) -> str:
+def _part(recording: Recording, window_ns: tuple[int, int]) -> Recording:
+    """The part of one clock that has a position at the beginning of a window."""
+    parts = divide(recording).parts
+    return next((part for part in reversed(parts) if window_ns[0] in part.poses.stamps_ns), parts[-1])
+
+
+def _window_difference(one: Recorded, windows: dict[int, Demonstration], flights: tuple[Flown, ...]) -> str:
     start_ns, end_ns = (convert.stamp_to_ns(stamp) for stamp in (one.value.window_start, one.value.window_end))
     rebuilt = windows.get(start_ns)
     if rebuilt is None:
-        begins = ', '.join(at(flight.window_ns[0]) for flight in flights) or 'none'
+        begins = ', '.join(at(one.flight.window_ns[0]) for one in flights) or 'none'
         return f'{one.where}: window_start is {at(start_ns)}, expected the beginning of a flight ({begins})'
     if rebuilt.window_ns[1] != end_ns:
         return f'{one.where}: window_end is {at(end_ns)}, expected {at(rebuilt.window_ns[1])}'

@@ -104,4 +104,5 @@ def test_the_script_makes_the_log_again(tmp_path: Path) -> None:
     script['write_bag'](recording, tmp_path / 'bag')
     assert (tmp_path / 'again.tlog').read_bytes() == LOG.read_bytes()
     made, read = read_recording(tmp_path / 'bag'), read_recording(LOG)
-    assert (made.poses.positions_enu_m == read.poses.positions_enu_m).all() and made.events == read.events
+    assert (made.poses.positions_enu_m == read.poses.positions_enu_m).all()
+    assert made.events == tuple(event for event in read.events if event.in_air is not None)

@@ -10,6 +10,7 @@ import pytest
 
 from advise_ros.commands import replay
 from advise_ros.config import PolicyConfig
+from advise_ros.core.epochs import divide
 from advise_ros.core.learn import Learned
 from advise_ros.core.policy_flight import FlightPlan, PolicyFlight
 from advise_ros.core.session import Session
@@ -43,9 +44,9 @@ def test_a_policy_flew_until_another_node_says_that_it_is_idle(good: SessionBag,
     began_ns = bag.entries[bag.where('/policy/status')[-1]][1]
     bag.start_policy_again(FASTER)
     topics = BagTopics(('/pose',), '/cmd_vel', '/vehicle_status', '/policy/status')
-    intervals = read_bag(bag.write(tmp_path / 'bag'), topics).policy_ns
-    assert len(intervals) == 2
-    assert intervals[1][0] <= began_ns <= intervals[1][1] < bag.now_ns
+    (part,) = divide(read_bag(bag.write(tmp_path / 'bag'), topics)).parts
+    assert [event.flies for event in part.policy] == [True, False, True, False]
+    assert part.policy[2].stamp_ns <= began_ns <= part.policy[3].stamp_ns < bag.now_ns
 
 
 @pytest.fixture

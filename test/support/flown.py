@@ -70,6 +70,6 @@ def joined(*recordings: Recording) -> Recording:
         PoseSamples(*(np.concatenate(arrays) for arrays in zip(*(r.poses for r in recordings), strict=True))),
         CommandSamples(*(np.concatenate(arrays) for arrays in zip(*(r.commands for r in recordings), strict=True))),
         tuple(event for r in recordings for event in r.events),
-        tuple(interval for r in recordings for interval in r.policy_ns),
+        tuple(event for r in recordings for event in r.policy),
         recordings[0].source,
     )

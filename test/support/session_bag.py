@@ -176,7 +176,7 @@ class SessionBag:
         """A flight that takes another way than the shortest in some states; with a number or the next one."""
         self.fly(PolicyFlight(FlightPlan(GRID, route(wrong_turns), step_budget=200), self.policy.seek_settings()))
         recording = self.recording()
-        flight = split(GRID, recording, self.recorder.altitude_tolerance_m)[-1]
+        flight = split(GRID, recording, self.recorder.altitude_tolerance_m)[-1].flight
         number = number or len(self.where('/demonstration')) + 1
         demonstration = discretise(
             GRID, recording, flight.window_ns, self.recorder.discretise_settings(), f'flight-{number:03d}', flight.end_reason,

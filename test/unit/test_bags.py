@@ -13,7 +13,7 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from advise_ros.core.discretise import DiscretiseSettings
 from advise_ros.core.errors import LogError
 from advise_ros.core.flights import demonstrations_of
-from advise_ros.core.samples import Recording
+from advise_ros.core.samples import Recording, VehicleEvent
 from advise_ros.recording.bags import BagTopics, read_bag
 from advise_ros.recording.definitions import definition
 from advise_ros.recording.sources import read_recording
@@ -62,10 +62,11 @@ def command(stamp_ns: int, velocity: Sequence[float], frame_id: str = 'map') -> 
     return make('geometry_msgs/msg/TwistStamped', header=header(stamp_ns, frame_id), twist=twist)
 
 
-def status(stamp_ns: int, armed: bool, in_air: bool) -> Any:
+def status(event: VehicleEvent) -> Any:
     return make(
-        'advise_msgs/msg/VehicleStatus', header=header(stamp_ns, ''), autopilot='', mode='', connected=True, ready=True,
-        armed=armed, in_air=in_air, commandable=in_air, waiting_for='', text='', owner='', failsafe='',
+        'advise_msgs/msg/VehicleStatus', header=header(event.stamp_ns, ''), autopilot=event.autopilot, mode=event.mode,
+        connected=event.connected, ready=True, armed=event.armed, in_air=event.in_air, commandable=event.in_air,
+        waiting_for='', text='', owner=event.owner, failsafe='',
     )
 
 
@@ -101,7 +102,7 @@ def entries_of(recording: Recording, prefix: str = '', frame_id: str = 'map') ->
     return [
         *((f'{prefix}/pose', pose(int(s), p, frame_id), int(s)) for s, p in zip(*recording.poses, strict=True)),
         *((f'{prefix}/cmd_vel', command(int(s), v), int(s)) for s, v in zip(*recording.commands, strict=True)),
-        *((f'{prefix}/vehicle_status', status(*event), event.stamp_ns) for event in recording.events),
+        *((f'{prefix}/vehicle_status', status(event), event.stamp_ns) for event in recording.events),
     ]
 
 
@@ -144,11 +145,11 @@ def test_one_of_several_vehicles_has_to_be_named(tmp_path: Path) -> None:
     assert same(read_bag(path, BagTopics(pose=('/b/pose',))), other)
 
 
-def test_policy_flights_are_intervals(tmp_path: Path) -> None:
+def test_a_policy_begins_and_ends_to_fly(tmp_path: Path) -> None:
     phases = [(10, 1), (20, 2), (30, 3), (40, 2)]
     entries = [('/policy/status', policy(s, phase), s) for s, phase in phases]
     found = read_bag(bag(tmp_path / 'bag', [*entries_of(FLOWN), *entries]))
-    assert found.policy_ns == ((10, 30), (40, 2**63 - 1))
+    assert [tuple(event) for event in found.policy] == [(10, True), (30, False), (40, True)]
 
 
 def test_positions_in_another_frame_are_refused(tmp_path: Path) -> None:

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from advise_ros.core.demonstration import Demonstration, EndReason
-from advise_ros.core.discretise import DiscretiseSettings, direction, discretise
+from advise_ros.core.discretise import DiscretiseSettings, discretise
 from advise_ros.core.grid import Action, Grid
-from advise_ros.core.samples import NO_COMMANDS, CommandSamples, PoseSamples, Recording
+from advise_ros.core.samples import NO_COMMANDS, CommandSamples, PoseSamples, Recording, VehicleEvent
 from support.flown import GRID, NS, PERIOD_NS, START_NS, commands_of, flight, round_trip, track
 
 SETTINGS = DiscretiseSettings()
@@ -48,12 +48,89 @@ def test_samples_after_the_final_waypoint_are_not_looked_at() -> None:
     assert run(longer) == run(flown)
 
 
-def test_the_command_in_force_is_the_action_and_not_the_motion() -> None:
+def test_a_vehicle_that_is_pushed_elsewhere_than_commanded_all_the_way_is_told_and_the_command_is_the_action() -> None:
     recording = level((0.0, 0.0), (2.0, 0.0))
-    recording.commands.velocities_enu_m_s[:] = (0.1, 1.0, 0.0)
+    recording.commands.velocities_enu_m_s[:] = (0.0, 1.0, 0.0)
     found = run(recording)
     assert found.actions == (N,) and found.audit.ambiguous_actions == 0
     assert found.audit.notes == ('1 moves went elsewhere than commanded; the command is the action',)
+
+
+def test_taps_across_the_way_are_not_the_action() -> None:
+    """Three cells flown north; just before each border a quarter of a second west, as a person corrects by a key."""
+    recording = level((4.0, 0.0), (4.0, 4.0))
+    north_m = recording.poses.positions_enu_m[:, 1]
+    recording.commands.velocities_enu_m_s[(north_m > 0.95) & (north_m < 1.21)] = (-1.0, 0.0, 0.0)
+    recording.commands.velocities_enu_m_s[(north_m > 2.95) & (north_m < 3.21)] = (-1.0, 0.0, 0.0)
+    found = run(recording)
+    assert found.actions == (N, N) and found.audit.notes == ()
+
+
+def test_a_diagonal_stick_flies_what_it_flies() -> None:
+    recording = level((0.0, 0.0), (2.0, 0.0))
+    for velocity in ((0.7, 0.7, 0.0), (0.7, -0.69, 0.0), (0.3, 0.9, 0.0)):
+        recording.commands.velocities_enu_m_s[:] = velocity
+        assert run(recording).actions == (E,) and run(recording).audit.notes == ()
+
+
+def test_a_move_without_a_command_is_a_drift_where_commands_are_recorded() -> None:
+    recording = level((0.0, 0.0), (0.0, 2.0))
+    for velocity in ((0.05, 0.0, 0.0), (np.nan, 1.0, 0.0), (0.0, 0.0, 1.0), (0.0, 0.0, 0.0)):
+        recording.commands.velocities_enu_m_s[:] = velocity
+        found = run(recording)
+        assert found.states == ()
+        assert found.audit.notes == ('1 moves without a command are left out: the vehicle drifted',)
+    before = recording._replace(commands=NO_COMMANDS, commanded_ns=1)
+    assert run(before).states == ()
+
+
+@pytest.mark.parametrize(('ended_s', 'actions'), [(1.0, (N,)), (2.9, (N,)), (3.2, ())])
+def test_a_vehicle_coasts_for_a_while_after_a_command(ended_s: float, actions: tuple[Action, ...]) -> None:
+    recording = level((0.0, -0.9), *[(0.1, -0.9), (0.0, -0.9)] * 20, (0.0, 2.0))
+    left_ns = int(recording.poses.stamps_ns[recording.poses.positions_enu_m[:, 1] > 1.2][0])
+    tap_ns = left_ns - int((ended_s + SETTINGS.command_timeout_s) * NS)
+    tap = CommandSamples(np.array([tap_ns]), np.array([[0.0, 1.0, 0.0]]))
+    assert run(recording._replace(commands=tap)).actions == actions
+
+
+def test_a_command_held_towards_the_edge_of_the_grid_is_a_step_in_place() -> None:
+    """A fence holds the vehicle, the pilot does not let go of the key; then he goes on east."""
+    still = np.tile([0.0, 0.0, GRID.altitude_m], (30, 1))
+    moving = track([(0.0, 0.0, GRID.altitude_m), (2.0, 0.0, GRID.altitude_m)]).positions_enu_m
+    positions = np.concatenate([still, moving])
+    stamps = START_NS + PERIOD_NS * np.arange(len(positions), dtype=np.int64)
+    commands = np.zeros_like(positions)
+    commands[:25, 0], commands[30:, 0] = -1.0, 1.0
+    found = run(Recording(PoseSamples(stamps, positions), CommandSamples(stamps, commands)))
+    assert (found.states, found.actions) == ((0, 0), (W, E))
+    assert found.stamps_ns == (START_NS, START_NS + 24 * PERIOD_NS)
+    commands[12:25, 0] = 1.0  # Back and forth is no wish to leave.
+    assert run(Recording(PoseSamples(stamps, positions), CommandSamples(stamps, commands))).actions == (E,)
+
+
+@pytest.mark.parametrize(
+    ('mode', 'autopilot', 'owner', 'actions'),
+    [
+        ('RTL', 'ardupilot', '', ()), ('LAND', 'px4', '', ()), ('AUTO.MISSION', '', '', ()), ('LOITER', 'px4', '', ()),
+        ('LOITER', 'ardupilot', '', (E,)), ('POSCTL', 'px4', '', (E,)), ('STABILIZE', '', '', (E,)),
+        ('GUIDED', 'ardupilot', 'ours', ()), ('GUIDED', 'ardupilot', 'others', (E,)), ('', '', '', ()),
+    ],
+)
+def test_who_moves_the_vehicle_decides_whether_somebody_flew(mode: str, autopilot: str, owner: str, actions: object) -> None:
+    """It moves without a command, in a recording that has commands."""
+    event = VehicleEvent(START_NS - NS, True, True, mode, autopilot, owner)
+    found = run(level((0.0, 0.0), (2.0, 0.0))._replace(commands=NO_COMMANDS, commanded_ns=1, events=(event,)))
+    assert found.actions == actions
+    assert found.audit.notes != () or actions
+
+
+def test_the_final_waypoint_is_not_reached_by_an_autopilot_that_comes_home() -> None:
+    recording = flight(GRID, round_trip(), landing=False)
+    home_ns = int(recording.poses.stamps_ns[recording.poses.positions_enu_m[:, 1] > 3.0][-1])
+    events = (*recording.events, VehicleEvent(home_ns, True, True, 'RTL', 'ardupilot'))
+    found = run(recording._replace(events=events))
+    assert found.end_reason is EndReason.END_OF_LOG and found.actions == (E, E, E, N, N, W, W, W)
+    assert '2 moves are left out: the autopilot flew by itself (RTL)' in found.audit.notes
 
 
 def test_a_command_given_on_arrival_does_not_change_the_move_before() -> None:
@@ -61,23 +138,6 @@ def test_a_command_given_on_arrival_does_not_change_the_move_before() -> None:
     entered = int(recording.poses.stamps_ns[recording.poses.positions_enu_m[:, 0] > 1.2][0])
     recording.commands.velocities_enu_m_s[recording.commands.stamps_ns >= entered] = (0.0, 1.0, 0.0)
     assert run(recording).actions == (E,)
-
-
-@pytest.mark.parametrize(
-    'velocity', [(0.7, 0.7, 0.0), (0.7, -0.69, 0.0), (0.05, 0.0, 0.0), (np.nan, 1.0, 0.0), (0.0, 0.0, 1.0)],
-)
-def test_without_a_clear_command_the_motion_decides(velocity: tuple[float, float, float]) -> None:
-    recording = level((0.0, 0.0), (0.0, 2.0))
-    recording.commands.velocities_enu_m_s[:] = velocity
-    found = run(recording)
-    assert found.actions == (N,) and found.audit.ambiguous_actions == 1
-
-
-def test_an_old_command_says_nothing() -> None:
-    recording = level((0.0, 0.0), (0.0, 2.0))
-    first = CommandSamples(recording.commands.stamps_ns[:1], np.array([[1.0, 0.0, 0.0]]))
-    assert run(recording._replace(commands=first)).actions == (N,)
-    assert run(recording._replace(commands=first), settings=replace(SETTINGS, command_timeout_s=10.0)).actions == (E,)
 
 
 def test_no_commands_at_all_is_noted() -> None:
@@ -155,14 +215,3 @@ def test_windows_cut_both_ends_included() -> None:
 def test_a_window_without_positions_says_so() -> None:
     found = run(level((0.0, 0.0), (2.0, 0.0)), window_ns=(1, START_NS - 1))
     assert found.states == () and found.audit.notes == ('no positions in the window',)
-
-
-@pytest.mark.parametrize(
-    ('velocity', 'expected'),
-    [
-        ((1.0, 0.2), E), ((-1.0, 0.2), W), ((0.2, 1.0), N), ((0.2, -1.0), S),
-        ((1.0, 0.95), None), ((0.0, 0.0), None), ((1.0, 0.89), E),
-    ],
-)
-def test_directions(velocity: tuple[float, float], expected: Action | None) -> None:
-    assert direction(*velocity, 0.1) == expected

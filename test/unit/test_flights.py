@@ -5,14 +5,24 @@ import numpy as np
 from advise_ros.core.cut import Cutter
 from advise_ros.core.demonstration import EndReason
 from advise_ros.core.discretise import DiscretiseSettings
-from advise_ros.core.flights import demonstrations_of, split, waypoints_reached, whole
+from advise_ros.core.flights import demonstrations_of, waypoints_reached
+from advise_ros.core.flights import split as flown
 from advise_ros.core.grid import Grid
-from advise_ros.core.samples import NO_COMMANDS, PoseSamples, Recording, VehicleEvent
+from advise_ros.core.samples import NO_COMMANDS, PolicyEvent, PoseSamples, Recording, VehicleEvent
+from advise_ros.core.segments import Flight
 from support.flown import GRID, NS, START_NS, flight, joined, round_trip
 
 SECOND_NS = 5000 * NS
 BOTH = joined(flight(GRID, round_trip()), flight(GRID, round_trip()[:4], SECOND_NS))
 SETTINGS = DiscretiseSettings()
+
+
+def split(grid: Grid, recording: Recording, tolerance_m: float) -> tuple[Flight, ...]:
+    return tuple(one.flight for one in flown(grid, recording, tolerance_m))
+
+
+def by_policy(begin_s: float, end_s: float) -> tuple[PolicyEvent, ...]:
+    return (PolicyEvent(START_NS + int(begin_s * NS), True), PolicyEvent(START_NS + int(end_s * NS), False))
 
 
 def test_flights_begin_at_altitude_and_end_by_landing() -> None:
@@ -45,11 +55,11 @@ def test_a_flight_that_never_reaches_the_altitude_is_none() -> None:
 
 
 def test_flights_of_a_policy_are_left_out() -> None:
-    before = BOTH._replace(policy_ns=((START_NS, START_NS + 60 * NS),))
+    before = BOTH._replace(policy=by_policy(1.0, 60.0))
     assert [f.window_ns[0] for f in split(GRID, before, 1.0)] == [SECOND_NS + 4 * NS]
-    afterwards = BOTH._replace(policy_ns=((START_NS + 27 * NS, START_NS + 60 * NS),))
+    afterwards = BOTH._replace(policy=by_policy(27.0, 60.0))
     assert len(demonstrations_of(GRID, afterwards, SETTINGS).demonstrations) == 2  # The final waypoint came first.
-    amid = demonstrations_of(GRID, BOTH._replace(policy_ns=((START_NS + 10 * NS, START_NS + 60 * NS),)), SETTINGS)
+    amid = demonstrations_of(GRID, BOTH._replace(policy=by_policy(10.0, 60.0)), SETTINGS)
     assert len(amid.demonstrations) == 1 and 'a policy took over' in amid.notes[0]
 
 
@@ -61,7 +71,8 @@ def test_a_hop_in_place_is_no_demonstration() -> None:
 def test_the_whole_recording_as_one_flight() -> None:
     (only,) = demonstrations_of(GRID, BOTH, SETTINGS, undivided=True).demonstrations
     assert only.end_reason is EndReason.FINAL_WAYPOINT and only.audit.notes
-    assert whole(Recording(PoseSamples(np.zeros(2, dtype=np.int64), np.zeros((2, 3))))) == ()
+    unstamped = Recording(PoseSamples(np.zeros(2, dtype=np.int64), np.zeros((2, 3))))
+    assert demonstrations_of(GRID, unstamped, SETTINGS, undivided=True).demonstrations == ()
 
 
 def test_waypoints_reached_are_counted() -> None:

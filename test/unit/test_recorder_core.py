@@ -6,10 +6,12 @@ import pytest
 from advise_ros.core.demonstration import Demonstration, EndReason
 from advise_ros.core.discretise import DiscretiseSettings, discretise
 from advise_ros.core.flights import demonstrations_of
-from advise_ros.core.recorder import KEEP, SETTLE_S, Phase, Recorder
+from advise_ros.core.grid import Action
+from advise_ros.core.live_samples import KEEP
+from advise_ros.core.recorder import SETTLE_S, Phase, Recorder
 from advise_ros.core.remarks import BEGINNING_UNHEARD
-from advise_ros.core.samples import Recording
-from support.flown import GRID, NS, START_NS, flight, joined, round_trip
+from advise_ros.core.samples import Recording, VehicleEvent
+from support.flown import GRID, NS, PERIOD_NS, START_NS, flight, joined, round_trip
 
 SETTINGS = DiscretiseSettings()
 SECOND_NS = 5000 * NS
@@ -60,7 +62,7 @@ def test_a_long_wait_on_the_ground_is_forgotten() -> None:
     into = recorder()
     for index in range(10 * KEEP):
         into.pose(index + 1, (0.0, 0.0, 0.0))
-    assert len(into._poses) <= 2 * KEEP
+    assert len(into._samples.poses) <= 2 * KEEP
     assert len(play(into, BOTH)) == 2
 
 
@@ -138,11 +140,70 @@ def test_nan_and_repeated_stamps_do_not_disturb() -> None:
     assert found.audit.late == 1 and found.audit.notes and found.end_reason is EndReason.FINAL_WAYPOINT
 
 
-def test_a_clock_set_back_starts_afresh() -> None:
+def test_a_clock_set_back_ends_the_flight_under_way_and_starts_afresh() -> None:
     into = recorder()
     play(into, flight(GRID, round_trip()[:4], SECOND_NS, landing=False)._replace(events=()))
-    (found,) = play(into, flight(GRID, round_trip(), START_NS)._replace(events=()))
+    before, found = play(into, flight(GRID, round_trip(), START_NS)._replace(events=()))
+    assert before.end_reason is EndReason.END_OF_LOG and before.actions == (Action.EAST,) * 3
     assert found.window_ns[0] == START_NS + 4 * NS and found.audit.late == 0
+
+
+@pytest.mark.parametrize('ahead_s', [5.0, 3.2e7, -20.0])
+def test_one_pose_with_a_wild_stamp_neither_ends_nor_spoils_the_recording(ahead_s: float) -> None:
+    clean, wild = flight(GRID, round_trip()), flight(GRID, round_trip())
+    wild.poses.stamps_ns[120] += int(ahead_s * NS)
+    into, found = recorder(), []
+    for index, at_ns in enumerate(clean.poses.stamps_ns.tolist()):
+        for event in wild.events:
+            if at_ns - PERIOD_NS < event.stamp_ns <= at_ns:
+                into.vehicle(event)
+        into.pose(int(wild.poses.stamps_ns[index]), tuple(wild.poses.positions_enu_m[index].tolist()))
+        into.command(at_ns, tuple(wild.commands.velocities_enu_m_s[index].tolist()))
+        found += [output.demonstration for output in into.take(at_ns / NS) if output.demonstration]
+    assert tuple(found) == demonstrations_of(GRID, wild, SETTINGS).demonstrations
+    (found,) = found
+    assert found.states == play(recorder(), clean)[0].states
+    assert found.audit.late == 1 and '1 positions have stamps far from the others and were not used' in found.audit.notes
+
+
+def test_a_bridge_that_restarts_says_nothing_of_the_vehicle() -> None:
+    """Its first states have no link, then one without knowledge of the air; what the restart cuts off is no new flight."""
+    recording = flight(GRID, round_trip())
+    lost = [
+        VehicleEvent(START_NS + 9 * NS, False, False, connected=False), VehicleEvent(START_NS + 11 * NS, True, False),
+        VehicleEvent(START_NS + 12 * NS, True, True),
+    ]
+    events = tuple(sorted((*recording.events, *lost), key=lambda event: event.stamp_ns))
+    (found,) = play(recorder(), recording._replace(events=events))
+    assert found.end_reason is EndReason.FINAL_WAYPOINT
+    half = flight(GRID, round_trip()[:7])
+    cut_off = half._replace(events=tuple(sorted((*half.events, *lost), key=lambda event: event.stamp_ns)))
+    into = recorder()
+    assert play(into, cut_off) == []
+    assert 'the link to the vehicle was lost 5.0 s into it' in demonstrations_of(GRID, cut_off, SETTINGS).notes[0]
+
+
+def test_a_vehicle_pushed_elsewhere_than_commanded_is_told_at_once() -> None:
+    recording = flight(GRID, round_trip())
+    east = np.abs(recording.poses.positions_enu_m[:, 0] - 2.0) < 0.95
+    recording.commands.velocities_enu_m_s[east & (recording.commands.stamps_ns < START_NS + 12 * NS)] = (0.0, 1.0, 0.0)
+    into, told = recorder(), []
+    stamps = recording.poses.stamps_ns
+    vectors = recording.poses.positions_enu_m, recording.commands.velocities_enu_m_s
+    for stamp, position, velocity in zip(stamps.tolist(), *vectors, strict=True):
+        into.pose(stamp, tuple(position.tolist()))
+        into.command(stamp, tuple(velocity.tolist()))
+        told += [(stamp, output.remark) for output in into.take(stamp / NS) if output.warning]
+    ((at_ns, remark),) = told
+    assert 'went EAST from cell [1, 0] while NORTH was commanded' in remark
+    left_ns = int(stamps[recording.poses.positions_enu_m[:, 0] > 3.2][0])
+    assert 0 <= at_ns - left_ns <= (SETTLE_S + 0.1) * NS
+
+
+def test_a_policy_is_recorded_when_it_is_asked_for() -> None:
+    into = Recorder(GRID, SETTINGS, BOTH.source, by_flights=True, policy_flights=True)
+    into.policy(flies=True)
+    assert len(play(into, flight(GRID, round_trip()))) == 1
 
 
 @pytest.mark.parametrize('states_known', [True, False])

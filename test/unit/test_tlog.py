@@ -68,7 +68,9 @@ def test_positions_commands_and_states_come_out_in_enu(tmp_path: Path, v1: bool)
     assert found.poses.positions_enu_m.tolist() == [[2.0, 1.0, 5.0], [2.5, 1.5, 5.0]]
     assert found.poses.stamps_ns.tolist() == [(START_US + 6000) * 1000, (START_US + 8000) * 1000]
     assert found.commands.velocities_enu_m_s.tolist() == [[1.5, 0.5, 0.25]]
-    assert [event[1:] for event in found.events] == [(False, False), (True, False), (True, True), (True, False), (False, False)]
+    states = [(False, None), (False, False), (True, False), (True, True), (True, False), (False, False)]
+    assert [(event.armed, event.in_air) for event in found.events] == states
+    assert {(event.mode, event.autopilot) for event in found.events} == {('GUIDED', 'ardupilot')}
     assert found.notes == ()
 
 
@@ -90,7 +92,8 @@ def test_the_vehicle_with_most_positions_is_taken(tmp_path: Path) -> None:
 
 
 def test_without_landed_states_the_altitude_has_to_tell(tmp_path: Path) -> None:
-    assert read(tmp_path, b''.join(log(FLIGHT[2:4] + FLIGHT[5:9]))).events == ()
+    events = read(tmp_path, b''.join(log(FLIGHT[2:4] + FLIGHT[5:9]))).events
+    assert events and all(event.in_air is None for event in events)
 
 
 @pytest.mark.parametrize('garbage', [b'\xfd', b'\xfe\xfd\x00' * 5, bytes(range(256)), b'\x00' * 40])
