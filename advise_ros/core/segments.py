@@ -160,13 +160,14 @@ class Segmenter:
         return self._close(event.stamp_ns - 1, EndReason.STOPPED)
 
     def _take_state(self, event: VehicleEvent) -> Flight | None:
-        if self._state is not None and event[1:] == self._state[1:]:
+        before, self._state = self._state, event
+        if before is not None and event[1:] == before[1:]:
             return None
-        self._state = event
         if not event.connected:
-            if self.opened_ns >= 0 and self._lost_ns < 0:
+            was_linked = before is not None and before.connected
+            if was_linked and self.opened_ns >= 0 and self._lost_ns < 0:
                 self._lost_ns = event.stamp_ns
-            self._knows_state, self._was_lost = False, True
+            self._knows_state, self._was_lost = False, self._was_lost or was_linked
             return None
         high = self._band is not None and self._band is not Band.GROUND
         in_air = event.armed and (high if event.in_air is None else event.in_air)

@@ -98,7 +98,7 @@ class Vehicle:
 
     def state(self, stamp_ns: int, state: list[bool], _: str = '') -> None:
         if self._states is not None:
-            message = VehicleStatus(armed=state[0], in_air=state[1])
+            message = VehicleStatus(connected=True, armed=state[0], in_air=state[1])
             message.header.stamp = convert.stamp_from_ns(stamp_ns)
             self._states.publish(message)
 
