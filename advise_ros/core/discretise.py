@@ -75,7 +75,8 @@ def discretise(
         audit = Audit(notes=('no positions in the window',))
         return Demonstration(demonstration_id, recording.source, grid, (), (), (), window_ns, _given(end_reason), audit)
     cut = followed.window_ns
-    steps = steps_of(followed.follower, followed.decided, followed.commands, followed.movers, cut[1])
+    level_ns = _level_ns(recording.poses, followed)
+    steps = steps_of(followed.follower, followed.decided, followed.commands, followed.movers, level_ns)
     return Demonstration(
         demonstration_id=demonstration_id,
         source=recording.source,
@@ -163,6 +164,12 @@ def _on_time(stamps_ns: Stamps, inside: Mask) -> Mask:
     fresh = np.ones_like(inside)
     fresh[1:] = stamps[1:] > newest[:-1]
     return inside & fresh
+
+
+def _level_ns(poses: PoseSamples, followed: Followed) -> Stamps:
+    """Stamps of the positions at the altitude, on the grid or off it."""
+    inside = _in_window(poses.stamps_ns, followed.window_ns)
+    return poses.stamps_ns[_on_time(poses.stamps_ns, inside) & followed.fit.level]
 
 
 class Fitness(NamedTuple):

@@ -17,6 +17,8 @@ from advise_ros.core.tracker import NS
 # A real PX4 drifts at 0.3 m/s; on small cells people fly slower, too.
 DRIFT_M_S, DRIFT_CELLS_PER_S = 0.35, 0.25
 SPEED_NS = NS
+# A command is given on the route if a position at its altitude is not further from it than this.
+NEAR_NS = NS
 
 Floats = npt.NDArray[np.float64]
 
@@ -89,15 +91,15 @@ def has_ended(follower: Follower, decided: list[Decided]) -> bool:
 
 
 def steps_of(
-    follower: Follower, decided: list[Decided], commands: Commands, movers: Movers, end_ns: int,
+    follower: Follower, decided: list[Decided], commands: Commands, movers: Movers, level_ns: Stamps,
 ) -> list[Step]:
     """The moves that somebody made, and the commands that were held towards the edge of the grid, in order.
 
     Args:
-        end_ns: where the window ends; the last state is left then.
+        level_ns: stamps of the positions at the route's altitude, on the grid or off it, ascending.
     """
     track = follower.track
-    held = _held_at_edges(follower, commands, movers, end_ns)
+    held = _held_at_edges(follower, commands, movers, level_ns)
     steps: list[Step] = []
     stays = [*zip(track.states, track.entered_ns, strict=True)]
     if follower.state is not None:
@@ -113,7 +115,7 @@ def steps_of(
 
 
 def _held_at_edges(
-    follower: Follower, commands: Commands, movers: Movers, end_ns: int,
+    follower: Follower, commands: Commands, movers: Movers, level_ns: Stamps,
 ) -> dict[int, list[tuple[int, int]]]:
     """Index of a stay in a state -> (stamp of the last such command, action) of each direction that led off the grid.
 
@@ -121,8 +123,9 @@ def _held_at_edges(
     """
     track, grid = follower.track, follower.grid
     states = [*track.states, *([follower.state] if follower.state is not None else [])]
-    if not states or not len(commands):
+    if not states or not len(commands) or not len(level_ns):
         return {}
+    end_ns = int(level_ns[-1])
     entered = np.array([*track.entered_ns, follower.entered_ns][: len(states)], dtype=np.int64)
     left = np.maximum(np.array([*track.left_ns, end_ns][: len(states)], dtype=np.int64), entered)
     ways_m = commands.way_m(entered, left)
@@ -131,6 +134,9 @@ def _held_at_edges(
         if not _stays(grid, states[index], action):
             continue
         way_m, at_ns = commands.held(action, int(entered[index]), int(left[index]))
+        near = level_ns[min(int(np.searchsorted(level_ns, at_ns)), len(level_ns) - 1)]
+        if abs(int(near) - at_ns) > NEAR_NS:
+            continue
         if way_m >= grid.resolution_m and movers.at(at_ns) in (Mover.COMMANDS, Mover.UNKNOWN):
             found.setdefault(index, []).append((at_ns, action))
     return found

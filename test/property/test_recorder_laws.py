@@ -108,6 +108,15 @@ class World:
         else:
             self._tell(mode, armed, None if rng.random() < 0.3 else in_air)
 
+    def _direction(self, route: list[int]) -> tuple[int, int]:
+        """Mostly towards the next waypoint, (east, north)."""
+        if route and np.hypot(*(self._position[:2] - GRID.centre_enu_m(route[0]))) < 0.8:
+            route.pop(0)
+        if not route or self._rng.random() < 0.2:
+            return ACTION_STEP[int(self._rng.integers(4))]
+        off = np.array(GRID.centre_enu_m(route[0])) - self._position[:2]
+        return ACTION_STEP[int(np.argmax(np.array(ACTION_STEP) @ off))]
+
     def _stay(self, seconds: float) -> None:
         for _ in range(int(seconds * self._rate_hz)):
             self._tick(np.zeros(3))
@@ -119,8 +128,9 @@ class World:
         self._tell('GUIDED', True, True)
         while self._position[2] < 4.9:
             self._tick(np.array([0.0, 0.0, 1.5]))
+        route = list(GRID.waypoints)
         for _ in range(int(rng.integers(0, 20))):
-            along = np.array([*ACTION_STEP[int(rng.integers(4))], 0.0]) * rng.uniform(0.2, 1.5)
+            along = np.array([*self._direction(route), 0.0]) * rng.uniform(0.2, 1.5)
             ahead = self._position + along * 2.0
             inside = (ahead[:2] > -1.5).all() and (ahead[:2] < 5.5).all()
             for _ in range(int(2.0 * self._rate_hz)):
