@@ -24,6 +24,7 @@ FOREIGN_REPORTS, FOREIGN_WITHIN_S = 2, 3.0
 # What the autopilot has made of a setpoint may be one that came so much later than the last one seen unchanged.
 MADE_OF_LATER_S = 1.0
 IGNORES_PLACE, IGNORES_VELOCITY = 0x007, 0x038
+ZERO = (0.0, 0.0, 0.0)
 
 
 class Sent(NamedTuple):
@@ -56,6 +57,7 @@ class SetpointWatch:
         self._sent: deque[Sent] = deque()
         self._first_s = math.inf
         self._seen_sent_s: float | None = None
+        self._place_seen = self._place_left = False
         self._seen_s = -math.inf
         self._strange_s: deque[float] = deque(maxlen=FOREIGN_REPORTS)
 
@@ -83,13 +85,19 @@ class SetpointWatch:
         place = target.type_mask & IGNORES_PLACE != IGNORES_PLACE
         if not place and not target.type_mask & IGNORES_VELOCITY:
             self._compare(velocity, now_s)
-        elif self._seen_sent_s is not None:
-            self.foreign = 'a position' if place else 'an acceleration'
+        elif not place:
+            self.foreign = 'an acceleration' if self.seen else ''
+        elif self._place_left:
+            self.foreign = 'a position'
+        else:
+            self._place_seen = True
 
     def _compare(self, velocity: Vector, now_s: float) -> None:
         ours = next((sent for sent in reversed(self._sent) if _is_same(sent.velocity_ned_m_s, velocity)), None)
         if ours is not None:
             self._seen_sent_s, self._seen_s = ours.last_s, now_s
+            # A take-off stands by zero velocity before it and by a place after it; ours ends that for good.
+            self._place_left = self._place_left or self._place_seen or not _is_same(velocity, ZERO)
             return
         if now_s - self._first_s < (0.0 if self.seen else self._patience_s) or self._is_made_of_ours(velocity, now_s):
             return
@@ -100,7 +108,7 @@ class SetpointWatch:
 
     def _is_made_of_ours(self, velocity: Vector, now_s: float) -> bool:
         """Zero, or one of ours without what led towards something: it lies in the ball over ours as its diameter."""
-        if _is_same(velocity, (0.0, 0.0, 0.0)):
+        if _is_same(velocity, ZERO):
             return True
         if self._seen_sent_s is None:
             return False

@@ -121,6 +121,17 @@ def test_a_place_that_we_never_send_is_somebody_elses_at_once_but_not_that_of_ou
     assert watch.foreign == 'a position'
 
 
+def test_the_zero_before_a_take_off_and_the_place_after_it_are_the_autopilots_own() -> None:
+    watch = SetpointWatch()
+    watch.sent((0.0, 0.0, 0.0), 1.0)
+    watch.report(_target(1.0, (0.0, 0.0, 0.0)), 1.0)
+    watch.report(_target(1.1, (0.0, 0.0, 0.0), ONLY_PLACE), 1.1)
+    watch.report(_target(1.2, (0.0, 0.0, 0.0)), 1.2)
+    assert watch.foreign == ''
+    watch.report(_target(1.3, (0.0, 0.0, 0.0), ONLY_PLACE), 1.3)
+    assert watch.foreign == 'a position'
+
+
 def test_what_the_autopilot_brakes_before_its_own_fence_is_ours() -> None:
     """It takes off what leads towards the fence, in part or all of it."""
     watch = SetpointWatch()
