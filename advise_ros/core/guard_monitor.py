@@ -16,8 +16,8 @@ from advise_ros.core.stamp_watch import NS, StampWatch
 LONGEST_STEP_S = 0.1
 # No multicopter of this package is faster.
 PLAUSIBLE_M_S = 20.0
-# A position that jumped or came late is believed again when it was steady or in time for this long.
-SETTLED_S = 1.0
+# A position that jumped is believed again when it was steady for this long, positions that came late when they were in time.
+SETTLED_S, IN_TIME_S = 1.0, 0.25
 # A delay counts twice, as in `Limits.reaction_s`.
 REACTIONS = 2.0
 # Stamps count for as much as this; their clock may run faster than steady time (simulation).
@@ -115,8 +115,8 @@ class GuardMonitor:
         return behind_s >= 0.0 and delay_s >= behind_s / 2.0
 
     def _watch_delay(self, delay_s: float, now_s: float) -> None:
-        """The longest of the last SETTLED_S counts, so that a delay that jitters makes no flicker."""
-        if delay_s >= self._late_s or now_s - self._late_at_s > SETTLED_S:
+        """The longest of the last IN_TIME_S counts, so that a delay that jitters makes less flicker."""
+        if delay_s >= self._late_s or now_s - self._late_at_s > IN_TIME_S:
             self._late_s, self._late_at_s = delay_s, now_s
 
     def _watch_jump(self, position: Vector, now_s: float, stamp_ns: int) -> None:
