@@ -229,7 +229,8 @@ class MavlinkBridge(ManagedNode):
         verdict = self._monitor.verdict(now_s)
         self._note(verdict.reason if verdict is not None else '', now_s)
         velocity, yaw_rate = (guard.ZERO, 0.0) if verdict is None else verdict[:2]
-        setpoint = self._companion.setpoint(velocity, yaw_rate, now_s, self._monitor.position_doubt(now_s))
+        no_place = self._monitor.position_doubt(now_s) or ('it is brought back inside' if self._monitor.returning else '')
+        setpoint = self._companion.setpoint(velocity, yaw_rate, now_s, no_place)
         self._transmit([] if setpoint is None else [setpoint])
 
     def _note(self, reason: str, now_s: float) -> None:
