@@ -24,6 +24,8 @@ SENDS = frozenset({
 })
 # GUID_TIMEOUT: without setpoints for so long it stands.
 GUIDED_TIMEOUT_S = 3.0
+# Degrees, as GPS_RAW_INT counts them, to a metre at the equator.
+E7_A_METRE = 89.83
 ONLY_PLACE, ONLY_VELOCITY = 0x0DF8, 0x0C07
 REFUSAL = 'Arm: Need Position Estimate'
 
@@ -137,7 +139,8 @@ class ScriptedCopter:
             mav.HEARTBEAT: lambda: dialect.MAVLink_heartbeat_message(
                 2, self.autopilot, 1 | (mav.MODE_FLAG_ARMED if self.armed else 0), self.mode, 5 if self.failsafe else 4, 3),
             mav.POSITION_TARGET_LOCAL_NED: self.target_message,
-            mav.GPS_RAW_INT: lambda: dialect.MAVLink_gps_raw_int_message(ms * 1000, 3, 0, 0, 0, 100, 100, 0, 0, 10),
+            mav.GPS_RAW_INT: lambda: dialect.MAVLink_gps_raw_int_message(
+                ms * 1000, 3, round(x * E7_A_METRE), round(y * E7_A_METRE), 0, 100, 100, 0, 0, 10),
             mav.LOCAL_POSITION_NED: lambda: dialect.MAVLink_local_position_ned_message(ms, x, y, z, *self.velocity_ned),
             mav.ATTITUDE: lambda: dialect.MAVLink_attitude_message(ms, 0.0, 0.0, math.pi / 2, 0.0, 0.0, 0.0),
             mav.EKF_STATUS_REPORT: lambda: dialect.MAVLink_ekf_status_report_message(
