@@ -334,7 +334,7 @@ class SimulatorConfig:
         False, 'PX4 goes back to OFFBOARD after a landing out of it, as the real one; false: to LOITER once nothing streams',
     )
     drift_m_s: float = param(
-        0.0, "standard deviation of PX4's velocity estimate, 0.3 on its SITL: it wanders where only velocity is commanded",
+        0.3, "standard deviation of PX4's velocity estimate, 0.3 on its SITL: it wanders where only velocity is commanded",
         low=0.0, high=5.0,
     )
     guided_timeout_s: float = param(3.0, 'setpoints older than this brake the vehicle (simulated time)', low=0.1, high=60.0)

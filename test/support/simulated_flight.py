@@ -12,10 +12,10 @@ from support.companion_flight import Flight
 
 
 class Simulated:
-    """A simulated autopilot in the shape of a scripted copter."""
+    """A simulated autopilot in the shape of a scripted copter; tests of standing and drifting give it its drift."""
 
     def __init__(self, dialect: type[Any], **values: Any) -> None:
-        config = SimulatorConfig(**{'ready_after_s': 3.0, 'step_s': 0.05, **values})
+        config = SimulatorConfig(**{'ready_after_s': 3.0, 'step_s': 0.05, 'drift_m_s': 0.0, **values})
         self.autopilot: Autopilot = dialect(config, np.random.default_rng(config.seed))
         self.vehicle = self.autopilot.vehicle
         self.system_id = config.system_id
