@@ -331,7 +331,7 @@ class SimulatorConfig:
         low=0.0, high=60.0,
     )
     offboard_after_landing: bool = param(
-        False, 'PX4 goes back to OFFBOARD after a landing out of it, as the real one; false: to LOITER once nothing streams',
+        True, 'PX4 goes back to OFFBOARD after a landing out of it, as the real one; false: to LOITER once nothing streams',
     )
     drift_m_s: float = param(
         0.3, "standard deviation of PX4's velocity estimate, 0.3 on its SITL: it wanders where only velocity is commanded",

@@ -12,6 +12,11 @@ class Geofence(NamedTuple):
     height_m: float = math.inf
     radius_m: float = math.inf
 
+    @property
+    def is_on(self) -> bool:
+        """There is a limit at all."""
+        return self.height_m < math.inf or self.radius_m < math.inf
+
     def outside(self, east_m: float, north_m: float, up_m: float) -> bool:
         """Whether a place relative to home is beyond it."""
         return up_m > self.height_m or math.hypot(east_m, north_m) > self.radius_m

@@ -49,11 +49,13 @@ class State(NamedTuple):
     @property
     def estimated_position_enu_m(self) -> Array:
         """Where the autopilot believes itself."""
-        return self.body['x'] + self.position_error_m
+        at = self.body['x']
+        return at if self.position_error_m is NO_ERROR else at + self.position_error_m
 
     @property
     def estimated_velocity_enu_m_s(self) -> Array:
-        return self.body['v'] + self.velocity_error_m_s
+        velocity = self.body['v']
+        return velocity if self.velocity_error_m_s is NO_ERROR else velocity + self.velocity_error_m_s
 
     @property
     def estimated_altitude_m(self) -> float:

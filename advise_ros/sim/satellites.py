@@ -30,6 +30,7 @@ class ArduPilotFilter:
         jump_m: how far the estimate jumped in this tick, (3,), or None.
         flags, variance: EKF_STATUS_REPORT's flags and pos_horiz_variance.
         lands: the autopilot gives up and lands.
+        at_rest: nothing is wrong and nothing is on its way back.
         has_position: a position is sent at all.
     """
 
@@ -46,15 +47,11 @@ class ArduPilotFilter:
         self._flags_fall = False
         self._away = np.zeros(3)
         self._now_s = 0.0
+        self.at_rest = True
 
     @property
     def well(self) -> bool:
         return self.flags == ALL_WELL
-
-    @property
-    def at_rest(self) -> bool:
-        """Nothing is wrong and nothing is on its way back."""
-        return self.well and self._blind_s == 0.0 and not self.position_m.any() and self._now_s >= self._named_until_s
 
     def take_texts(self) -> list[str]:
         texts, self._texts = self._texts, []
@@ -70,6 +67,8 @@ class ArduPilotFilter:
         else:
             self._seen_s = 0.0
             self._go_on_blind()
+        named = self._now_s < self._named_until_s
+        self.at_rest = self.well and self._blind_s == 0.0 and not self.position_m.any() and not named
 
     def _see(self, shift_m: Array) -> None:
         if self._blind_s > 0.0:

@@ -257,6 +257,8 @@ class Vehicle:
 
     def crosses_fence(self) -> bool:
         """Whether it has just left the autopilot's own fence."""
+        if not self.fence.is_on:
+            return False
         before = self._outside
         east, north, up = (float(part) for part in self.state.estimated_position_enu_m)
         self._outside = self.airborne and self.fence.outside(east - self.flight.home_m[0], north - self.flight.home_m[1], up)
