@@ -83,7 +83,7 @@ def of_arducopter(config: SimulatorConfig) -> Parameters:
         'FS_GCS_ENABLE': (0.0, 0.0, 7.0), 'FS_GCS_TIMEOUT': (5.0, 2.0, 120.0), 'FS_EKF_ACTION': (1.0, 1.0, 3.0),
         'FENCE_ENABLE': (0.0, 0.0, 1.0), 'FENCE_TYPE': (7.0, 0.0, 15.0), 'FENCE_ACTION': (1.0, 0.0, 8.0),
         'FENCE_RADIUS': (300.0, 30.0, 10_000.0), 'FENCE_ALT_MAX': (100.0, 10.0, 1000.0), 'FENCE_MARGIN': (2.0, 1.0, 10.0),
-        'ARMING_CHECK': 1.0,
+        'ARMING_CHECK': (1.0, 0.0, 1_048_575.0),
         'DISARM_DELAY': vehicle.DISARM_DELAY_S,
         'WPNAV_SPEED': config.max_speed_m_s * 100.0,
         'WPNAV_ACCEL': config.acceleration_m_s2 * 100.0,

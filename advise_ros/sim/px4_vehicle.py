@@ -22,6 +22,8 @@ ARMS_AFTER_S = 0.08
 RESUME_S, STICKS_LOST_S, GROUND_STATION_LOST_S = 0.05, 0.65, 10.0
 OFFBOARD_EXCEPTED = 4
 # COM_OBL_RC_ACT; without sticks its default means return.
+# 2 of 69 landings on SIH.
+MISSED_LANDINGS, MISSED_FOR_S = 2 / 69, 30.0
 HOLDS_AT_FENCE = 2
 # GF_ACTION; 0 and 1 change nothing.
 FENCE_ACTIONS = {HOLDS_AT_FENCE: Px4Mode.LOITER, 3: Px4Mode.RTL, 5: Px4Mode.LAND}
@@ -174,6 +176,11 @@ class Px4Vehicle(Vehicle):
 
     def _flies(self) -> bool:
         return self.airborne or self.mode in (Px4Mode.OFFBOARD, Px4Mode.TAKEOFF)
+
+    def landing_takes_s(self) -> float:
+        """Where the height drifts, some landings are not noticed for a long time: armed, in LAND, on the ground."""
+        missed = self._config.drift_m_s > 0.0 and self._landing_rng.random() < MISSED_LANDINGS
+        return MISSED_FOR_S if missed else super().landing_takes_s()
 
     def _landed(self) -> None:
         self._disarm()

@@ -60,7 +60,7 @@ class Vehicle:
     def __init__(self, config: SimulatorConfig, rng: np.random.Generator) -> None:
         self._config = config
         self._rng = rng
-        self._filter_rng = rng.spawn(1)[0]
+        self._filter_rng, self._landing_rng = rng.spawn(2)
         self.satellites, self.satellite_shift_m = True, (0.0, 0.0)
         self.fence = Geofence()
         self.step_ns = round(config.step_s * NS)
@@ -82,6 +82,7 @@ class Vehicle:
         self.airborne = False
         self._idle_since_s = 0.0
         self._contact_since_s: float | None = None
+        self._believed_after_s = LANDED_AFTER_S
         self._outside = False
         self._texts: list[str] = []
         self.failsafe_acted = False
@@ -284,11 +285,15 @@ class Vehicle:
             self._contact_since_s = None  # it wants to climb
             return
         if self._contact_since_s is None:
-            self._contact_since_s = self.now_s
-        if self.now_s - self._contact_since_s >= LANDED_AFTER_S:
+            self._contact_since_s, self._believed_after_s = self.now_s, self.landing_takes_s()
+        if self.now_s - self._contact_since_s >= self._believed_after_s:
             self.airborne, self._contact_since_s, self._idle_since_s = False, None, self.now_s
             self.flight.forget()
             self._landed()
+
+    def landing_takes_s(self) -> float:
+        """How long the contact with the ground lasts until this landing is believed."""
+        return LANDED_AFTER_S
 
     def _landed(self) -> None:
         if self.mode in DESCENDING:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from advise_ros.sim.estimator import Wander
-from support.sim_companion import ACCEPTED, ARM, POSITION_ONLY, Companion
+from support.sim_companion import ACCEPTED, ARM, LAND, POSITION_ONLY, Companion
 from support.sim_px4_companion import LOITER_MODE, STILL, Px4Companion
 
 NO_POSITION = 0x0DC7
@@ -112,6 +112,22 @@ def test_arducopter_stands_within_five_centimetres():
     start = companion.ned
     companion.run(60.0, *STILL)
     assert companion.ned == pytest.approx(start, abs=0.05)
+
+
+def test_a_few_landings_are_not_noticed_for_half_a_minute_where_the_height_drifts():
+    vehicle = Px4Companion(drift_m_s=0.3).vehicle
+    missed = sum(vehicle.landing_takes_s() > 25.0 for _ in range(2000))
+    assert 20 < missed < 100  # 2 of 69
+    companion = Px4Companion(drift_m_s=0.3).lift()
+    companion.vehicle.landing_takes_s = lambda: 30.0
+    assert companion.command(LAND, *[math.nan] * 7) == ACCEPTED
+    while not companion.vehicle.state.touches_ground:
+        companion.run(0.5)
+    companion.run(25.0)
+    assert companion.vehicle.armed
+    companion.run(10.0)
+    assert not companion.vehicle.armed
+    assert not any(Px4Companion(drift_m_s=0.0).vehicle.landing_takes_s() > 25.0 for _ in range(50))
 
 
 # -- position setpoints ------------------------------------------------------------------------
