@@ -107,7 +107,8 @@ class Framer:
             return 0
         flags = self._buffer[at + 2]
         message_id = int.from_bytes(self._buffer[at + 7:at + 10], 'little')
-        if flags & ~SIGNED or payload > _LONGEST_PAYLOAD.get(message_id, -1):
+        # A newer autopilot may have extended a message: what we do not know of it is cut off in decoding.
+        if flags & ~SIGNED or message_id not in _LONGEST_PAYLOAD:
             return -1
         return HEADER_V2 + payload + CHECKSUM + (SIGNATURE_BYTES if flags & SIGNED else 0)
 
