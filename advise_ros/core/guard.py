@@ -6,7 +6,7 @@ On doubt the answer is zero velocity, with the reason in words.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 from advise_ros.core.fence import (
@@ -20,12 +20,14 @@ from advise_ros.core.fence import (
     outside_m,
     stopping_speed_m_s,
 )
+from advise_ros.core.flown_path import moved
 
 ZERO: Vector = (0.0, 0.0, 0.0)
 AXES = ('east', 'north', 'up')
 MAP_FRAME = 'map'
 # Of the reaction, which counts everything twice: enough for a loop that closes late, and no news to who flies at the limit.
 STILL_TO_REACT = 2.0 / 3.0
+UNDER_WAY = 'fence ahead: what is on its way to the vehicle leads near enough'
 
 
 @dataclass(frozen=True)
@@ -168,6 +170,36 @@ def must_brake(moving: Point, position: Position, limits: Limits) -> bool:
         return False
     braking = Braking(limits.braking_m_s2, STILL_TO_REACT * limits.reaction_s)
     return not can_stop(moving, position.position_enu_m[:2], limits.fence, braking)
+
+
+def outside(limits: Limits, position: Vector) -> bool:
+    """Whether a position is outside the fence, in plan or in altitude."""
+    fence = limits.fence
+    if fence is None:
+        return False
+    return outside_m(fence, position[:2]) > 0.0 or not fence.low_m <= position[2] <= fence.high_m
+
+
+def held_back(verdict: Verdict, position: Vector, under_way: Vector, limits: Limits) -> Verdict:
+    """Slowed so far that the vehicle stays inside when all that is on its way to it arrives later, after a pause.
+
+    Args:
+        verdict: what may be flown by the position alone.
+        position: (3,).
+        under_way: (3,) how far the commands lead that the vehicle may not have yet, metres.
+        limits: of which the part of the reaction is used that is not under way.
+    """
+    fence = limits.fence
+    if fence is None or under_way == ZERO or outside(limits, position):
+        return verdict
+    there, still = moved(position, under_way), replace(limits, reaction_s=STILL_TO_REACT * limits.reaction_s)
+    braking = Braking(still.braking_m_s2, still.reaction_s)
+    leaves = outside_m(fence, there[:2]) > 0.0
+    east, north = (0.0, 0.0) if leaves else keep_in(verdict.velocity_enu_m_s[:2], there[:2], fence, braking)
+    up = _between(verdict.velocity_enu_m_s[2], max(fence.low_m, min(fence.high_m, there[2])), fence, still)
+    if (east, north, up) == verdict.velocity_enu_m_s:
+        return verdict
+    return verdict._replace(velocity_enu_m_s=(east, north, up), reason=verdict.reason or UNDER_WAY)
 
 
 def _between(climb: float, altitude_m: float, fence: Fence, limits: Limits) -> float:

@@ -7,9 +7,10 @@ from dataclasses import dataclass, replace
 
 from advise_ros.core import guard
 from advise_ros.core.delay_watch import DelayWatch
-from advise_ros.core.fence import Braking, Point, Vector, outside_m
+from advise_ros.core.fence import Braking, Point, Vector
+from advise_ros.core.flown_path import FlownPath, moved
 from advise_ros.core.guard import ZERO, Command, Limits, Position, Verdict
-from advise_ros.core.return_inside import FlownPath, ReturnInside, as_good, moved
+from advise_ros.core.return_inside import ReturnInside, as_good
 from advise_ros.core.stamp_watch import NS, StampWatch
 
 # A pause in checking is no licence to accelerate.
@@ -131,6 +132,7 @@ class GuardMonitor:
 
     def clock_bounds(self, low_s: float, high_s: float, now_s: float) -> None:
         """Steady time minus the clock of the poses' stamps is between these (TIMESYNC); see `DelayWatch.bounded`."""
+        self._path.answered(now_s - (high_s - low_s))
         if self._delays.bounded(low_s, high_s, now_s):
             self._late_s = self._pose_delay_s = 0.0
 
@@ -211,7 +213,7 @@ class GuardMonitor:
         back = self._way_back(position, limits, now_s)
         if back is not None and (doubt or not as_good(flown.velocity_enu_m_s, back)):
             return self._said('return', Verdict(self._ramped(back, now_s), 0.0, self._words_of_return(late)))
-        if self._left_by_jump and position is not None and outside(limits, position.position_enu_m):
+        if self._left_by_jump and position is not None and guard.outside(limits, position.position_enu_m):
             flown = flown._replace(reason=f'{flown.reason}; {NOT_BROUGHT.format(self._left_by_jump)}')
         if doubt:
             return self._said('silence' if silent else 'doubt', flown)
@@ -239,7 +241,7 @@ class GuardMonitor:
             return None
         long_s = under_way_s if under_way_s > self._given.pose_timeout_s else 0.0
         at = position.position_enu_m
-        if not outside(limits, at):
+        if not guard.outside(limits, at):
             self._left_by_jump = ''
         if self._left_by_jump:
             return None
@@ -262,6 +264,8 @@ class GuardMonitor:
         wanted, fast = guard.limited(command.velocity_enu_m_s, limits)
         ramped = self._ramped(wanted, now_s)
         verdict = guard.check(command._replace(velocity_enu_m_s=ramped), position, limits)
+        if position is not None:
+            verdict = guard.held_back(verdict, position.position_enu_m, self._path.under_way(now_s), limits)
         if position is not None and guard.must_brake(self._moving, position, limits):
             standing = (0.0, 0.0, verdict.velocity_enu_m_s[2])
             return Verdict(standing, verdict.yaw_rate_rad_s, 'fence ahead: it brakes before it turns')
@@ -290,11 +294,3 @@ class GuardMonitor:
         size, reached = math.hypot(*change), self._given.braking_m_s2 * (now_s - self._flown_s)
         share = 1.0 if size <= reached else reached / size
         return self._moving[0] + share * change[0], self._moving[1] + share * change[1]
-
-
-def outside(limits: Limits, position: Vector) -> bool:
-    """Whether a position is outside the fence, in plan or in altitude."""
-    fence = limits.fence
-    if fence is None:
-        return False
-    return outside_m(fence, position[:2]) > 0.0 or not fence.low_m <= position[2] <= fence.high_m

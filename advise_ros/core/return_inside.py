@@ -3,54 +3,24 @@
 from __future__ import annotations
 
 import math
-from bisect import bisect_left
 
-from advise_ros.core.fence import Braking, Fence, Vector, keep_in, outside_m, place_inside, toward, way_deeper
+from advise_ros.core.fence import (
+    Braking,
+    Fence,
+    Vector,
+    keep_in,
+    outside_m,
+    place_inside,
+    stopping_speed_m_s,
+    toward,
+    way_deeper,
+)
 
 SPEED_M_S = 0.5
 # It ends this far inside, so that what drifts or is blown about does not go out at once again.
 MARGIN_M = 0.5
 # At most this share of the height of the fence.
 LARGEST_SHARE = 0.25
-# What was commanded is remembered for this long, seconds.
-REMEMBERED_S = 30.0
-
-
-class FlownPath:
-    """How far the commands of the last REMEMBERED_S lead."""
-
-    def __init__(self) -> None:
-        self._times_s: list[float] = []
-        self._reached: list[Vector] = []
-        self._last: tuple[float, Vector] | None = None
-
-    def add(self, velocity_enu_m_s: Vector, now_s: float) -> None:
-        """This is commanded from now on."""
-        at = self.reached(now_s)
-        self._last = now_s, velocity_enu_m_s
-        self._times_s.append(now_s)
-        self._reached.append(at)
-        if self._times_s[0] < now_s - 2.0 * REMEMBERED_S:
-            old = bisect_left(self._times_s, now_s - REMEMBERED_S)
-            del self._times_s[:old], self._reached[:old]
-
-    def reached(self, now_s: float) -> Vector:
-        """Where the commands lead until now, from where they began."""
-        if self._last is None:
-            return (0.0, 0.0, 0.0)
-        last_s, velocity = self._last
-        passed_s = now_s - last_s
-        east, north, up = (at + passed_s * speed for at, speed in zip(self._reached[-1], velocity, strict=True))
-        return east, north, up
-
-    def since(self, then_s: float, now_s: float) -> Vector:
-        """How far they led since then, metres."""
-        if self._last is None:
-            return (0.0, 0.0, 0.0)
-        then = bisect_left(self._times_s, then_s)
-        before = self._reached[then] if then < len(self._times_s) else self._reached[-1]
-        east, north, up = (now - was for now, was in zip(self.reached(now_s), before, strict=True))
-        return east, north, up
 
 
 class ReturnInside:
@@ -80,7 +50,7 @@ class ReturnInside:
             climbs: whether it is known to fly; what stands on the ground is not lifted.
         """
         margin_m = spare_m + (MARGIN_M if self.active else 0.0)
-        plan, up = self._in_plan(position, braking, margin_m), self._in_height(position[2], margin_m, climbs=climbs)
+        plan, up = self._in_plan(position, braking, margin_m), self._in_height(position[2], braking, margin_m, climbs=climbs)
         self.active = plan is not None or up != 0.0
         self.reason = self._words(position) if self.active else ''
         return None if not self.active else (*(plan or (0.0, 0.0)), up)
@@ -94,12 +64,15 @@ class ReturnInside:
             return None
         return keep_in((SPEED_M_S * deeper[0], SPEED_M_S * deeper[1]), at, self._fence, braking)
 
-    def _in_height(self, altitude_m: float, margin_m: float, *, climbs: bool) -> float:
+    def _in_height(self, altitude_m: float, braking: Braking, margin_m: float, *, climbs: bool) -> float:
+        """So slow that it does not leave again on the other side."""
         low, high = self._fence.low_m, self._fence.high_m
         margin_m = min(margin_m, LARGEST_SHARE * (high - low))
         if altitude_m > high - margin_m:
-            return -SPEED_M_S
-        return SPEED_M_S if climbs and altitude_m < low + margin_m else 0.0
+            return -min(SPEED_M_S, stopping_speed_m_s(min(altitude_m, high) - low, *braking))
+        if climbs and altitude_m < low + margin_m:
+            return min(SPEED_M_S, stopping_speed_m_s(high - max(altitude_m, low), *braking))
+        return 0.0
 
     def _words(self, position: Vector) -> str:
         beyond_m = outside_m(self._fence, position[:2])
@@ -109,11 +82,6 @@ class ReturnInside:
         if position[2] < self._fence.low_m:
             where.append(f'{self._fence.low_m - position[2]:.1f} m too low')
         return f'outside the fence ({", ".join(where)})' if where else 'too near to the fence'
-
-
-def moved(position: Vector, by: Vector) -> Vector:
-    """A position after a displacement, both (3,)."""
-    return position[0] + by[0], position[1] + by[1], position[2] + by[2]
 
 
 def as_good(velocity: Vector, way: Vector) -> bool:

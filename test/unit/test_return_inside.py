@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 from advise_ros.core.fence import Fence, box, corners_from_text, outside_m
+from advise_ros.core.flown_path import FlownPath
 from advise_ros.core.guard import ZERO, Command, Limits, Vector
 from advise_ros.core.guard_monitor import GuardMonitor, MonitorSettings
-from advise_ros.core.return_inside import MARGIN_M, SPEED_M_S, FlownPath
+from advise_ros.core.return_inside import MARGIN_M, SPEED_M_S
 
 TICK_S = 0.05
 FENCE = box((0.0, 0.0, 2.0), (12.0, 12.0, 8.0))
