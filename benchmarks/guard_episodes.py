@@ -6,7 +6,7 @@
 Each episode: one of four fences (two not convex), a vehicle with a braking of 2 to 5 m/s2 and a delay of up to
 0.2 s, gusts that carry it up to 0.25 m off its track, poses at 5 to 20 Hz and up to 0.1 s late, losses of poses
 and commands of up to 3 s. --troubled: its velocity is off by a random walk of up to 0.3 m/s in most, positions and
-commands are late by up to 10 s more (not, steadily, growing, or by jitter; each way by its own draw), positions jump
+commands are late by up to 10 s more (not, steadily, growing, by jitter or stalls; each way by its own draw), positions jump
 by 4 to 20 m for up to 0.8 s in half of them. The bound of each episode is that of docs/safety.md; exit code 1 when
 one is passed. --delay makes the links later than the guard was told, which the bound does not allow for.
 """

@@ -27,6 +27,8 @@ AXES = ('east', 'north', 'up')
 MAP_FRAME = 'map'
 # Of the reaction, which counts everything twice: enough for a loop that closes late, and no news to who flies at the limit.
 STILL_TO_REACT = 2.0 / 3.0
+# Of the reaction, what is left beside commands that are counted one by one.
+BESIDE_UNDER_WAY = 1.0 / 3.0
 UNDER_WAY = 'fence ahead: what is on its way to the vehicle leads near enough'
 
 
@@ -187,12 +189,12 @@ def held_back(verdict: Verdict, position: Vector, under_way: Vector, limits: Lim
         verdict: what may be flown by the position alone.
         position: (3,).
         under_way: (3,) how far the commands lead that the vehicle may not have yet, metres.
-        limits: of which the part of the reaction is used that is not under way.
+        limits: of whose reaction BESIDE_UNDER_WAY is used.
     """
     fence = limits.fence
     if fence is None or under_way == ZERO or outside(limits, position):
         return verdict
-    there, still = moved(position, under_way), replace(limits, reaction_s=STILL_TO_REACT * limits.reaction_s)
+    there, still = moved(position, under_way), replace(limits, reaction_s=BESIDE_UNDER_WAY * limits.reaction_s)
     braking = Braking(still.braking_m_s2, still.reaction_s)
     leaves = outside_m(fence, there[:2]) > 0.0
     east, north = (0.0, 0.0) if leaves else keep_in(verdict.velocity_enu_m_s[:2], there[:2], fence, braking)

@@ -74,7 +74,7 @@ class GuardMonitor:
         self._late_s = self._late_at_s = self._pose_delay_s = 0.0
         self._returned = False
         self._jump, self._jump_s = '', -math.inf
-        self._left_by_jump = ''
+        self._left_by_jump, self._before_jump = '', ZERO
         self._back = ReturnInside(limits.fence) if limits.fence is not None and settings.return_inside else None
         self._path = FlownPath()
         self._flown: Vector = ZERO
@@ -128,7 +128,10 @@ class GuardMonitor:
         moved_m = math.dist(position, last.position_enu_m)
         if self._settings.jump_m > 0.0 and not moved_m <= self._settings.jump_m + PLAUSIBLE_M_S * passed_s:
             self._jump, self._jump_s = f'it jumped {moved_m:.1f} m in {passed_s:.2f} s', now_s
+            self._before_jump = self._before_jump if self._left_by_jump else last.position_enu_m
             self._left_by_jump = f'it jumped {moved_m:.1f} m'
+        if self._left_by_jump and math.dist(position, self._before_jump) <= self._settings.jump_m:
+            self._left_by_jump = ''  # It jumped back.
 
     def clock_bounds(self, low_s: float, high_s: float, now_s: float) -> None:
         """Steady time minus the clock of the poses' stamps is between these (TIMESYNC); see `DelayWatch.bounded`."""

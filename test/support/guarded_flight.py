@@ -16,7 +16,7 @@ from advise_ros.mavlink.timesync import Timesync
 from support.late_line import KINDS, LONGEST_S, LateLine
 
 TICK_S = 0.05
-BRAKING_M_S2, POSE_TIMEOUT_S = 2.0, 0.5
+BRAKING_M_S2, POSE_TIMEOUT_S, MAX_SPEED_M_S = 2.0, 0.5, 4.0
 # Of a position on its way here, of a command on its way to its effect; the guard is told both, and a tick.
 POSE_LATE_S, OBEYED_LATE_S = 0.1, 0.2
 DELAY_S = POSE_LATE_S + OBEYED_LATE_S + TICK_S
@@ -84,9 +84,10 @@ class Episode:
 
     @property
     def bound_m(self) -> float:
-        """As docs/safety.md has it: gusts, and the drift for as long as it cannot be seen or answered."""
+        """As docs/safety.md has it: gusts, the drift for as long as it cannot be seen or answered, old commands flown on."""
         late_s = POSE_TIMEOUT_S + DELAY_S + self.unseen_s + self.down.longest_s + self.up.longest_s
-        return BOUND_M + self.troubles.drift_m_s * late_s
+        flown_on_m = MAX_SPEED_M_S * AUTOPILOT_TIMEOUT_S if self.troubles.up == 'jitter' else 0.0
+        return BOUND_M + self.troubles.drift_m_s * late_s + flown_on_m
 
     def fly(self, seconds: float) -> float:
         """The whole episode; returns `worst_m`."""
@@ -105,7 +106,7 @@ class Episode:
 
     def _begin(self, seconds: float) -> None:
         self.monitor = GuardMonitor(Limits(
-            max_speed_m_s=4.0, max_climb_m_s=2.0, braking_m_s2=BRAKING_M_S2, pose_timeout_s=POSE_TIMEOUT_S,
+            max_speed_m_s=MAX_SPEED_M_S, max_climb_m_s=2.0, braking_m_s2=BRAKING_M_S2, pose_timeout_s=POSE_TIMEOUT_S,
             reaction_s=2.0 * (POSE_TIMEOUT_S + DELAY_S), fence=self.fence,
         ), MonitorSettings(vehicle_delay_s=DELAY_S - TICK_S, lifts=True))
         self.timesync, troubles = Timesync(), self.troubles

@@ -132,6 +132,18 @@ def test_a_position_that_jumped_outside_is_flown_back_by_a_person_only() -> None
     assert vehicle.flown == pytest.approx((-SPEED_M_S, 0.0, 0.0))
 
 
+@pytest.mark.parametrize('lasting_s', [0.2, 3.0])
+def test_where_a_position_jumped_back_it_is_brought_inside_as_before(lasting_s: float) -> None:
+    vehicle = Drifter((11.9, 6.0, 5.0))
+    vehicle.run(1.0, command=ZERO)
+    vehicle.at += (11.0, 0.0, 0.0)
+    vehicle.run(lasting_s, command=ZERO)
+    vehicle.at += (-10.7, 0.0, 0.0)  # It has drifted over the border meanwhile.
+    vehicle.run(5.0, command=ZERO)
+    assert vehicle.conditions[-2:] == ['return', '']
+    assert vehicle.at[0] < 12.0
+
+
 def test_from_above_it_sinks_and_what_may_stand_on_the_ground_is_not_lifted() -> None:
     high, low, flying = Drifter((6.0, 6.0, 9.0)), Drifter((6.0, 6.0, 0.0)), Drifter((6.0, 6.0, 1.0), lifts=True)
     for vehicle in (high, low, flying):
