@@ -194,7 +194,8 @@ class GuardMonitor:
 
     def position_doubt(self, now_s: float) -> str:
         """Why the position is not to be trusted now, '' if it is."""
-        return guard.pose_doubt(self._position(now_s), self._given) or self._lateness()
+        late = self._lateness()
+        return guard.pose_doubt(self._position(now_s), self._given) or (f'pose refused: {late}' if late else '')
 
     def _limits_now(self) -> Limits:
         """With the time that commands and positions are under way now; a late position is not flown by."""

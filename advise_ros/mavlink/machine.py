@@ -205,7 +205,7 @@ class Machine(ABC):
     # -- steps -------------------------------------------------------------------------------
     def step(self, now_s: float) -> list[Message]:
         """What to send now."""
-        self._failsafe.look(self._vehicle, self.mode, now_s)
+        self._failsafe.look(self._vehicle, self.mode, now_s, own=self._vehicle.custom_mode == self.own_mode)
         self._watch_holder()
         if self.commandable:
             self._task.failure = ''  # However it came to fly, it does.

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import math
+import re
 from enum import Enum
 
 from advise_ros.mavlink.vehicle import Vehicle
 
 # A text so long before or after a change of mode explains it; heartbeats come once a second.
 EXPLAINS_S = 3.0
+# What PX4 says of every failsafe; its reasons go as events, which need a dictionary of its very version.
+BARE = re.compile(r'failsafe( mode)?( activated)?', re.IGNORECASE)
 
 
 class Holder(Enum):
@@ -55,24 +58,30 @@ class FailsafeWatch:
     text about the change of mode.
 
     Attributes:
-        name: the autopilot's text, or the mode that the failsafe set; '' when there is none.
+        name: the autopilot's text if it says more than that there is one, or the mode; '' when there is none.
     """
 
     def __init__(self) -> None:
         self.name = ''
         self._mode: int | None = None
         self._mode_s = -math.inf
-        self._by_text = ''
+        self._by_text = self._kept = ''
         self._explained_s = -math.inf
 
-    def look(self, vehicle: Vehicle, mode: str, now_s: float) -> None:
-        """Take in what the vehicle says now; `mode` is the name of its mode."""
+    def look(self, vehicle: Vehicle, mode: str, now_s: float, *, own: bool = False) -> None:
+        """Take in what the vehicle says now; `mode` is the name of its mode, `own` whether it is that of our setpoints."""
         if vehicle.custom_mode != self._mode:
             self._mode, self._mode_s, self._by_text = vehicle.custom_mode, now_s, ''
         told_s = vehicle.failsafe_text_at_s
         if told_s != self._explained_s and abs(told_s - self._mode_s) <= EXPLAINS_S:  # Each text explains one change.
             self._by_text, self._explained_s = vehicle.failsafe_text, told_s
         if not vehicle.armed or not (vehicle.in_failsafe or self._by_text):
-            self.name = ''
+            self.name = self._kept = ''
         else:
-            self.name = self._by_text or self.name or mode
+            self._kept = _reason(self._by_text) or self._kept
+            self.name = self._kept or (self.name if own else '') or mode
+
+
+def _reason(text: str) -> str:
+    """A text that gives a reason; '' for one that only says that a failsafe acts."""
+    return '' if BARE.fullmatch(text.strip(' \t.:')) else text

@@ -18,10 +18,11 @@ from advise_ros.core.guard_monitor import GuardMonitor, MonitorSettings
 from advise_ros.recording.gridfile import load_grid
 from advise_ros.ros import diagnostics, parameters, qos, run
 from advise_ros.ros.arrival import ArrivalWatch
-from advise_ros.ros.change_log import LASTING_S, ChangeLog
+from advise_ros.ros.change_log import ChangeLog
 from advise_ros.ros.convert import MAP_FRAME, stamp_to_ns
 from advise_ros.ros.deadline import Deadline
 from advise_ros.ros.flying import velocity_command
+from advise_ros.ros.guard_log import GuardLog
 from advise_ros.ros.managed import ManagedNode
 
 FENCE_OFF = 'the fence is off (fence:=off)'
@@ -92,19 +93,6 @@ def put_command(monitor: GuardMonitor, message: TwistStamped, now_s: float, now_
     monitor.command(command, now_s, stamp_ns=stamp_to_ns(message.header.stamp), now_ns=now_ns)
 
 
-def note_condition(log: ChangeLog, monitor: GuardMonitor, reason: str, now_s: float) -> bool:
-    """Log what begins and ends by the last verdict; returns whether it is worth a warning.
-
-    What is limited for a moment belongs to every flight.
-    """
-    log.note('the stop', reason if monitor.condition == 'stop' else '', now_s)
-    log.note('the doubt', reason if monitor.condition == 'doubt' else '', now_s)
-    log.note('the return inside the fence', reason if monitor.condition == 'return' else '', now_s)
-    log.note('the silence', reason if monitor.condition == 'silence' else '', now_s, calm=True)
-    limited = log.note('the limit', reason if monitor.condition == 'limited' else '', now_s, lasting_s=LASTING_S)
-    return limited or monitor.condition not in ('', 'limited')
-
-
 def answer_stop(monitor: GuardMonitor, response: Trigger.Response) -> Trigger.Response:
     """Stop until released."""
     monitor.stop(ASKED)
@@ -142,7 +130,7 @@ class Guard(ManagedNode):
         self.config = parameters.load(self, GuardConfig)
         self._limits = guard.Limits()
         self._monitor = monitor_of(self.config, self._limits)
-        self._arrivals, self._changes = ArrivalWatch(), ChangeLog(self.get_logger())
+        self._arrivals, self._log = ArrivalWatch(), GuardLog(ChangeLog(self.get_logger()))
         self._commanded = False
         self.diagnostics.meter('pose', 'cmd_vel')
         self._checked = self.create_publisher(TwistStamped, 'guard/cmd_vel', qos.COMMAND)
@@ -202,9 +190,11 @@ class Guard(ManagedNode):
             self._pass_on(verdict.velocity_enu_m_s, verdict.yaw_rate_rad_s)
         elif self._commanded:
             self._pass_on(guard.ZERO, 0.0)
-        warns = note_condition(self._changes, self._monitor, '' if verdict is None else verdict.reason, now_s)
-        reason = verdict.reason if verdict is not None else self._stopped or 'waiting for cmd_vel'
-        self._say(reason, warns=warns or verdict is None)
+        if not self.active:
+            return
+        said, warns = self._log.look(self._monitor, '' if verdict is None else verdict.reason, now_s)
+        sentence = said if verdict is not None else said or self._stopped or 'waiting for cmd_vel'
+        self._say(sentence, warns=warns or verdict is None or self._monitor.condition == 'silence')
 
     @property
     def _stopped(self) -> str:

@@ -29,7 +29,6 @@ from advise_ros.nodes.guard import (
     limits_of,
     load_grid_of,
     monitor_of,
-    note_condition,
     put_command,
     renewed,
 )
@@ -37,6 +36,7 @@ from advise_ros.ros import diagnostics, parameters, qos, run
 from advise_ros.ros.autopilot_clock import ClockTeller
 from advise_ros.ros.change_log import ChangeLog
 from advise_ros.ros.convert import MAP_FRAME
+from advise_ros.ros.guard_log import GuardLog
 from advise_ros.ros.managed import ManagedNode
 from advise_ros.ros.simulated_clock import REMEDY
 from advise_ros.ros.vehicle_log import VehicleLog
@@ -80,7 +80,7 @@ class MavlinkBridge(ManagedNode):
         self._link: Link | None = None
         self._started = False
         self._changes = ChangeLog(self.get_logger())
-        self._vehicle_log = VehicleLog(self._changes)
+        self._vehicle_log, self._guard_log = VehicleLog(self._changes), GuardLog(self._changes)
         self._reason, self._warns = '', False
         self._diagnosed: tuple[Status, str] | None = None
         self._diagnosed_s = -math.inf
@@ -188,7 +188,7 @@ class MavlinkBridge(ManagedNode):
         self._transmit(self._companion.step(now_s, link.problem or link.doubt))
         self._requests.answer()
         status = self._companion.status(now_s)
-        self._vehicle_log.look(status, now_s)
+        self._vehicle_log.look(status, now_s, under_way=self._companion.progressing)
         self._teller.tell(status, now_s)
 
     def _transmit(self, messages: list[Message]) -> None:
@@ -224,7 +224,6 @@ class MavlinkBridge(ManagedNode):
         if not self._companion.commandable(now_s):
             self._monitor.clear()
             self._note('', now_s)
-            self._changes.note('the stop', self._stopped, now_s)
             return
         verdict = self._monitor.verdict(now_s)
         self._note(verdict.reason if verdict is not None else '', now_s)
@@ -235,8 +234,9 @@ class MavlinkBridge(ManagedNode):
 
     def _note(self, reason: str, now_s: float) -> None:
         """What the guard changes and why: logged when it begins and ends."""
-        warns = note_condition(self._changes, self._monitor, reason, now_s)
-        self._reason, self._warns = reason, warns and self._monitor.condition != 'silence'
+        vehicle = self._companion.vehicle
+        alarms = vehicle.armed and vehicle.connected(now_s)
+        self._reason, self._warns = self._guard_log.look(self._monitor, reason, now_s, alarms=alarms)
 
     @property
     def _stopped(self) -> str:

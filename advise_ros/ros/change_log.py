@@ -9,6 +9,8 @@ from typing import Protocol
 
 # A condition that comes back within this is the same one still; its end is not logged.
 QUIET_S = 1.0
+# One that has to last before it is logged may pause for this long meanwhile.
+PAUSE_S = 0.2
 # Conditions of normal flight (a speed that is limited) are logged when they last for this long.
 LASTING_S = 2.0
 # Figures in a sentence change all the time and are no news.
@@ -71,7 +73,8 @@ class ChangeLog:
         return bool(condition.logged)
 
     def _begin(self, condition: Condition, sentence: str, now_s: float, lasting_s: float, *, calm: bool) -> None:
-        condition.since_s = min(condition.since_s, now_s)
+        paused = not condition.logged and now_s - condition.seen_s > PAUSE_S
+        condition.since_s = now_s if lasting_s > 0.0 and paused else min(condition.since_s, now_s)
         condition.seen_s = now_s
         what = FIGURES.sub('#', sentence)
         if now_s - condition.since_s < lasting_s or what in condition.logged:

@@ -14,6 +14,7 @@ from advise_ros.sim.geography import ORIGIN_ALTITUDE_M
 from advise_ros.sim.modes import Px4Mode
 from advise_ros.sim.px4_vehicle import Px4Vehicle
 from advise_ros.sim.setpoints import Setpoint
+from advise_ros.sim.timesync import AddressedTimesync
 
 FEWEST_SATELLITES = 4
 ASKS_TIME_NS = 100_000_000
@@ -43,6 +44,11 @@ class Px4(Autopilot):
         asks = self.vehicle.now_ns // ASKS_TIME_NS > (self.vehicle.now_ns - self.vehicle.step_ns) // ASKS_TIME_NS
         time = [mavlink.MAVLink_timesync_message(0, self.vehicle.now_ns)] if asks and channel.spoken_to else []
         return [*super()._due(channel, texts), *time]
+
+    def _on_timesync(self, message: Message) -> list[Message]:
+        """It names the peer that it answers."""
+        peer = message.get_srcSystem(), message.get_srcComponent()
+        return [AddressedTimesync(reply.tc1, reply.ts1, *peer) for reply in super()._on_timesync(message)]
 
     def _watch(self) -> None:
         self._px4.watch_losses()

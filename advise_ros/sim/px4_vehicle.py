@@ -214,18 +214,18 @@ class Px4Vehicle(Vehicle):
         sticks_lost = self._sticks_lost()
         if self.mode is Px4Mode.OFFBOARD and (sticks_lost or not self.streaming):
             action = Px4Mode.LOITER if sticks_lost else LOSS_ACTIONS.get(self.offboard_loss_action, Px4Mode.RTL)
-            self.say('Failsafe activated: manual control lost' if sticks_lost else 'Failsafe activated: no offboard signal')
+            self.say('Failsafe activated')
             self.flight.enter(action)
         elif self._in_failsafe and not sticks_lost and self._streamed_for(RESUME_S):
             self.flight.enter(Px4Mode.OFFBOARD)
         elif self.ground_station_loss_action and self.airborne and self._lost_ground_station_in_flight():
-            self.say('Failsafe activated: ground station lost')
+            self.say('Failsafe activated')
             self.flight.enter(Px4Mode.LOITER)
             self._intend(Px4Mode.LOITER)
 
     def _give_up_position(self) -> None:
         if self.mode is not Px4Mode.LAND:
-            self.say('Failsafe activated: position estimate invalid')
+            self.say('Failsafe activated')
             self.flight.enter(Px4Mode.LAND)
 
     @property

@@ -255,6 +255,20 @@ def test_take_off_in_a_failsafe_names_it_and_take_over_ends_it() -> None:
     assert (flight.status.owner, flight.status.failsafe) == ('ours', '')
 
 
+@pytest.mark.parametrize('text', [b'Failsafe activated', b'Failsafe activated\t', b'Failsafe activated: '])
+def test_a_failsafe_whose_text_gives_no_reason_goes_by_the_name_of_its_mode(text: bytes) -> None:
+    flight = StreamingFlight(ScriptedPx4())
+    flight.fly()
+    flight.deliver([mav.dialect.MAVLink_statustext_message(4, text)])
+    flight.copter.fail(LOITER)
+    flight.run(1.0)
+    assert flight.status.failsafe == 'LOITER'
+    flight.copter.fail(LAND)  # After its delay.
+    flight.until(lambda: flight.status.failsafe == 'LAND', 2.0)
+    flight.until(lambda: flight.status.failsafe != 'LAND')
+    assert flight.status.failsafe == ''
+
+
 def test_calls_itself_a_ground_station_as_texts_go_to_no_one_else() -> None:
     flight = StreamingFlight(ScriptedPx4())
     flight.run(3.0)

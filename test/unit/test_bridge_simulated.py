@@ -40,6 +40,14 @@ def test_takes_off_flies_and_lands(dialect: type[Any]) -> None:
 
 
 @both
+def test_the_way_there_and_back_is_measured(dialect: type[Any]) -> None:
+    flight = SimulatedFlight(Simulated(dialect))
+    flight.run(5.0)
+    round_trip_s = flight.companion.timesync.round_trip_s(flight.now_s)
+    assert round_trip_s is not None and round_trip_s < 0.1
+
+
+@both
 def test_flies_twice(dialect: type[Any]) -> None:
     flight = SimulatedFlight(Simulated(dialect))
     for _ in range(2):

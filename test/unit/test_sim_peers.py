@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
+from advise_ros.mavlink.encoding import Encoder
+from advise_ros.mavlink.framing import CHECKSUM, HEADER_V2, Framer
 from advise_ros.sim.arducopter import ArduCopter
 from advise_ros.sim.px4 import Px4
 from support.sim_companion import ACCEPTED, ARM, FAILED, INTERVAL, LOCAL_POSITION, POSITION_ONLY, REQUEST, Companion, of
@@ -37,6 +39,18 @@ def test_timesync_is_answered_with_the_time_since_boot_whoever_asks(kind):
         (reply,) = companion.say(mavlink.MAVLink_timesync_message(0, stamp))
         assert (reply.tc1, reply.ts1) == (companion.vehicle.now_ns, stamp)
     assert companion.say(mavlink.MAVLink_timesync_message(7, 1)) == []
+
+
+def test_px4_answers_timesync_with_the_askers_ids_behind_the_times_and_arducopter_with_the_times_alone():
+    """What this dialect does not know of the message is on the wire all the same."""
+    ends = []
+    for kind in (Companion, Px4Companion):
+        (reply,) = kind().say(mavlink.MAVLink_timesync_message(0, 2**62), source=(1, 191))
+        frame = Encoder(1, 1).frame(reply)
+        (read,) = Framer().datagram(frame)
+        assert (read.get_type(), read.tc1, read.ts1) == ('TIMESYNC', reply.tc1, 2**62)
+        ends.append(frame[HEADER_V2 + 16:-CHECKSUM])
+    assert ends == [b'', bytes([1, 191])]
 
 
 def test_px4_asks_for_our_time_ten_times_a_second_and_arducopter_never():

@@ -5,6 +5,7 @@ from __future__ import annotations
 from advise_ros.mavlink.companion import Status
 from advise_ros.ros.change_log import ChangeLog
 from advise_ros.ros.vehicle_log import VehicleLog
+from support.log_lines import Lines
 
 GROUND = Status(
     'px4', 'LOITER', connected=True, ready=True, armed=False, in_air=False, commandable=False, waiting_for='', text='',
@@ -16,25 +17,13 @@ TAKEN = OURS._replace(
 )
 
 
-class Lines:
-    """A logger that keeps what it is given."""
-
-    def __init__(self) -> None:
-        self.lines: list[str] = []
-
-    def info(self, message: str) -> None:
-        self.lines.append(message)
-
-    def warning(self, message: str) -> None:
-        self.lines.append(f'WARN {message}')
-
-
-def logged(*statuses: Status) -> list[str]:
-    """Each is looked at twenty times a second for five seconds."""
+def logged(*statuses: Status, under_way: bool = False) -> list[str]:
+    """Each is looked at twenty times a second for five seconds; `under_way`: a goal, while the vehicle is not ours."""
     lines = Lines()
     log = VehicleLog(ChangeLog(lines))
     for tick in range(100 * len(statuses)):
-        log.look(statuses[tick // 100], tick * 0.05)
+        status = statuses[tick // 100]
+        log.look(status, tick * 0.05, under_way=under_way and status.owner != 'ours')
     return lines.lines
 
 
@@ -63,3 +52,11 @@ def test_a_lost_link_says_that_it_is_lost_and_when_it_is_back() -> None:
 def test_a_bridge_that_waits_for_its_first_vehicle_has_lost_nothing() -> None:
     nobody = GROUND._replace(autopilot='', connected=False, waiting_for='heartbeat: no autopilot has been heard')
     assert logged(nobody, GROUND) == []
+
+
+def test_the_phases_of_our_own_goal_are_nobody_elses_doing() -> None:
+    flying = GROUND._replace(mode='LOITER', armed=True, in_air=True, owner='others')
+    phases = [flying._replace(waiting_for=phase) for phase in ('setpoint stream', 'flight mode', 'touch-down')]
+    assert logged(*phases, OURS, under_way=True) == ["it is this bridge's: it took off or was taken over here"]
+    assert logged(flying._replace(waiting_for='mavlink_bridge/take_over: somebody flies it'), *phases[:0]) == [
+        "WARN it is others', and gets no commands from here: somebody flies it"]
