@@ -37,7 +37,7 @@ class GuardLog:
         if condition in ('stop', 'return', 'doubt'):
             return reason, True
         if doubted and doubt:
-            return doubt, alarms
+            return f'{reason}; {doubt}' if reason else doubt, alarms
         return reason, limited and condition == 'limited'
 
     def _doubt(self, monitor: GuardMonitor, reason: str, now_s: float, *, alarms: bool) -> tuple[bool, str]:

@@ -112,3 +112,15 @@ def test_on_the_ground_a_doubt_is_no_alarm_and_in_the_air_it_becomes_one() -> No
     assert guarded.shown == ['']
     guarded.run(5.0, doubt='no fix')
     assert guarded.lines.lines[1:].count('WARN pose refused: no fix') == 1
+
+
+def test_a_pilot_who_is_silent_while_the_pose_is_doubted_is_not_hidden_by_the_doubt() -> None:
+    guarded = Guarded()
+    guarded.run(1.0, 1.0)
+    for _ in range(60):
+        guarded.now_s += DT_S
+        guarded.monitor.pose((0.0, 0.0, 5.0), 'map', guarded.now_s, doubt='no fix')
+        verdict = guarded.monitor.verdict(guarded.now_s)
+        assert verdict is not None
+        said = guarded.log.look(guarded.monitor, verdict.reason, guarded.now_s)
+    assert said == ('command older than 0.5 s; pose refused: no fix', True)
