@@ -27,7 +27,7 @@ def demonstration_stages(session: RecordedSession, comparison: Comparison) -> li
     """Rebuild each demonstration within its window, and the windows from the vehicle's state."""
     stage = Stage('demonstrations')
     recorded = session.on('demonstration')
-    early = {id(one): lacks for one in recorded if is_flown(one.value) and (lacks := _lacks(session, one))}
+    early = {id(one): lacks for one in recorded if is_flown(one.value) and (lacks := lacks_of(session, one))}
     stage.notes += early.values()
     flown = [one for one in recorded if is_flown(one.value) and id(one) not in early]
     config = session.config(RecorderConfig, 'recorder') if flown else RecorderConfig()
@@ -54,7 +54,7 @@ def is_flown(value: Any) -> bool:
     return str(value.source).startswith(TOPIC_SOURCE) and value.audit.samples > 0
 
 
-def _lacks(session: RecordedSession, one: Recorded) -> str:
+def lacks_of(session: RecordedSession, one: Recorded) -> str:
     """What the bag lacks of a flight that began before its first pose, which it has from a recorder that keeps it."""
     start_ns, end_ns = (convert.stamp_to_ns(stamp) for stamp in (one.value.window_start, one.value.window_end))
     stamps_ns = session.recording.poses.stamps_ns

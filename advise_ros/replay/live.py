@@ -68,6 +68,11 @@ class Live:
         recorder = session.config(RecorderConfig, 'recorder')
         if recorder.source != 'topics' or recorder.split != 'flights':
             raise InputError(f'{session.bag.path}: only sessions recorded from topics, flight by flight, can be replayed live')
+        if session.began_late:
+            raise InputError(
+                f'{session.bag.path}: its recording began when others had published already; replay it without --live, which '
+                'says what the bag lacks'
+            )
         self.score: Score = score_of(session, recorder.pose_source)
         self._pose_topic = f'{session.namespace}/{recorder.pose_source}'
         self._nodes = LiveNodes(session)

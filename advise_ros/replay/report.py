@@ -9,6 +9,7 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
+from advise_ros.recording import platform
 from advise_ros.replay.decisions import digest
 from advise_ros.replay.session import RecordedSession
 from advise_ros.replay.stage import Rebuilt, Stage
@@ -81,7 +82,17 @@ class Report:
             return f'{counted}: the session decides {"as" if self.agrees else "NOT as"} {self.baseline} did'
         if self.session.overrides:
             return f'{equal} of {checked} would be as they were' + ('' if self.agrees else ', the others would have CHANGED')
-        return f'{counted}: the session {"follows" if self.agrees else "does NOT follow"} from what the bag holds'
+        verdict = f'{counted}: the session {"follows" if self.agrees else "does NOT follow"} from what the bag holds'
+        return verdict if self.agrees or self.session.same_cores else verdict + self._other_version
+
+    @property
+    def _other_version(self) -> str:
+        """What else may have made a difference."""
+        theirs, ours = (str(made.get('core', ''))[:8] for made in (self.session.made_on, platform.describe()))
+        return (
+            f', or another version decides otherwise: the bag was made by core {theirs or "unknown"}, this is core {ours}; '
+            'replay it by that version to tell the two apart'
+        )
 
     @property
     def inputs(self) -> str:
@@ -127,7 +138,7 @@ def show(report: Report, console: Console) -> None:
     console.print(f'- {report.asked}; {CLOCK_NOTE}', highlight=False, markup=False, soft_wrap=True)
     if not (session.overrides or report.beside):
         console.print(f'- {report.told_in_bytes}', highlight=False, markup=False, soft_wrap=True)
-    console.print(report.verdict, style='green' if report.agrees else 'red', highlight=False)
+    console.print(report.verdict, style='green' if report.agrees else 'red', highlight=False, soft_wrap=True)
 
 
 def _table(report: Report) -> Table:

@@ -102,6 +102,7 @@ class _Writer:
             convert.stamp_to_ns(one.value.window_end) for one in flown if one.value.end_reason == EndReason.STOPPED
         ]
         self._skipped = 0
+        self._cut_off = False
         self._last: Message | None = None
         self._steps: list[tuple[int, Step]] = []
 
@@ -124,6 +125,9 @@ class _Writer:
     def _add_pose(self, message: Message, stamp_ns: int) -> None:
         at = message.log_time_ns
         while self._waiting and stamp_ns > self._waiting[0].statuses[0].stamp_ns:
+            if self._cut_off:  # Its node was killed; the one that lives through it again is to end it.
+                self._steps.append((at, End()))
+            self._cut_off = self._waiting[0].cut_off
             self._steps.append((at, Fly(self._waiting.pop(0), self._last)))
         self._last = message
         if stamp_ns in self._commanded:

@@ -139,7 +139,8 @@ class RecordedSession:
     def began_late(self) -> bool:
         """Whether the logger came when others had published already: their latched messages are older than the bag's poses."""
         begin_ns = self.first_pose_ns
-        latched = (*self.on('demonstration'), *self.on('advise/policy'))
+        flown = (one for one in self.on('demonstration') if one.value.audit.samples)
+        latched = (*flown, *self.on('advise/policy'))
         return begin_ns is None or any(one.stamp_ns < begin_ns for one in latched)
 
     @property

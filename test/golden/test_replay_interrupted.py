@@ -212,3 +212,20 @@ def test_a_learner_that_was_started_again_hears_a_living_recorder_whole(bag: Ses
     code, stages, _ = verdict(bag, tmp_path)
     assert code == 0, stages
     assert stages['policies']['checked'] == 4
+
+
+# -- another version, and the real nodes --------------------------------------------------------------
+def test_a_difference_may_be_another_versions(bag: SessionBag, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    bag.made_on['core'] = '0123456789abcdef'
+    bag.entries[bag.where('/cmd_vel')[-6]][2].twist.linear.x += 1.0
+    assert verdict(bag, tmp_path)[0] == 1
+    said = capsys.readouterr().out
+    assert 'or another version decides otherwise: the bag was made by core 01234567, this is core' in said
+
+
+def test_a_recording_that_began_late_is_not_lived_through(
+    bag: SessionBag, tmp_path: Path, capsys: pytest.CaptureFixture[str],
+) -> None:
+    bag.begin_late(bag.entries[bag.where('/policy/status')[0]][1])
+    assert replay.run([str(bag.write(tmp_path / 'bag')), '--live']) == 2
+    assert 'its recording began when others had published already; replay it without --live' in capsys.readouterr().err
