@@ -35,8 +35,9 @@ T = TypeVar('T')
 POLL_S = 0.02
 # How long a goal is sent again when it is refused.
 ACCEPT_PATIENCE_S = 15.0
-# A policy node replies to a goal within this; one that was killed is discovered for a while and never replies.
-REPLY_PATIENCE_S = 10.0
+# A policy node replies to a goal within this; one that was killed is discovered for a while, and the goal is lost.
+REPLY_PATIENCE_S = 5.0
+NO_REPLY = 'policy/fly did not reply: its node was killed or is held up; start policy again'
 # Questions and policies can follow one another faster than they are read here; none is to be missed.
 EVERY_ONE = 1000
 
@@ -194,16 +195,17 @@ class GraphClient:
 
         Raises:
             AdviseError: the goal was refused.
-            GraphTimeoutError: no reply within REPLY_PATIENCE_S, or no result in time.
+            GraphTimeoutError: no reply within ACCEPT_PATIENCE_S, or no result in time.
         """
         self.wait('the action policy/fly', lambda: self._fly.server_is_ready() or None, timeout_s)
         goal = Fly.Goal(step_budget=0, start_cell=start_cell, policy_version=max(self.policies, default=0))
         end = time.monotonic() + ACCEPT_PATIENCE_S
-        handle = self._send(goal)
-        while not handle.accepted:  # A node that has just started may not have heard the policy yet.
-            if time.monotonic() > end:
-                raise AdviseError(f'policy/fly refused: {self.flight.refusal if self.flight else "no reason given"}')
-            handle = self._send(goal)
+        while (handle := self._send(goal)) is None or not handle.accepted:
+            if time.monotonic() < end:  # A node that has just started may not have heard the policy yet.
+                continue
+            if handle is None:
+                raise GraphTimeoutError(NO_REPLY)
+            raise AdviseError(f'policy/fly refused: {self.flight.refusal if self.flight else "no reason given"}')
         return self._done('the end of the flight', handle.get_result_async, timeout_s).result
 
     def begin_flight(self, goal: Fly.Goal, timeout_s: float) -> bool:
@@ -213,11 +215,17 @@ class GraphClient:
             GraphTimeoutError: no such action, or no reply within REPLY_PATIENCE_S.
         """
         self.wait('the action policy/fly', lambda: self._fly.server_is_ready() or None, timeout_s)
-        return bool(self._send(goal).accepted)
+        handle = self._send(goal)
+        if handle is None:
+            raise GraphTimeoutError(NO_REPLY)
+        return bool(handle.accepted)
 
-    def _send(self, goal: Fly.Goal) -> Any:
-        what = 'the reply of policy/fly (is its node gone? start policy again)'
-        return self._done(what, lambda: self._fly.send_goal_async(goal), REPLY_PATIENCE_S)
+    def _send(self, goal: Fly.Goal) -> Any | None:
+        """The handle of a goal; None when nobody replied."""
+        try:
+            return self._done('the reply of policy/fly', lambda: self._fly.send_goal_async(goal), REPLY_PATIENCE_S)
+        except GraphTimeoutError:
+            return None
 
     def _done(self, what: str, ask: Callable[[], Future], timeout_s: float) -> Any:
         """The result of the future that `ask` returns in the spinning thread.
