@@ -34,9 +34,9 @@ from advise_ros.ros.hearing import counted
 T = TypeVar('T')
 POLL_S = 0.02
 # How long a goal is sent again when it is refused.
-ACCEPT_PATIENCE_S = 15.0
+ACCEPT_PATIENCE_S = 30.0
 # A policy node replies to a goal within this; one that was killed is discovered for a while, and the goal is lost.
-REPLY_PATIENCE_S = 5.0
+REPLY_PATIENCE_S = 15.0
 NO_REPLY = 'policy/fly did not reply: its node was killed or is held up; start policy again'
 # Questions and policies can follow one another faster than they are read here; none is to be missed.
 EVERY_ONE = 1000
@@ -212,18 +212,18 @@ class GraphClient:
         """Send a goal once; whether it was accepted.
 
         Raises:
-            GraphTimeoutError: no such action, or no reply within REPLY_PATIENCE_S.
+            GraphTimeoutError: no such action, or no reply in time.
         """
         self.wait('the action policy/fly', lambda: self._fly.server_is_ready() or None, timeout_s)
-        handle = self._send(goal)
+        handle = self._send(goal, timeout_s)
         if handle is None:
             raise GraphTimeoutError(NO_REPLY)
         return bool(handle.accepted)
 
-    def _send(self, goal: Fly.Goal) -> Any | None:
+    def _send(self, goal: Fly.Goal, timeout_s: float = REPLY_PATIENCE_S) -> Any | None:
         """The handle of a goal; None when nobody replied."""
         try:
-            return self._done('the reply of policy/fly', lambda: self._fly.send_goal_async(goal), REPLY_PATIENCE_S)
+            return self._done('the reply of policy/fly', lambda: self._fly.send_goal_async(goal), timeout_s)
         except GraphTimeoutError:
             return None
 
