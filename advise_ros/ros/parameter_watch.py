@@ -13,13 +13,16 @@ from rclpy.node import Node
 from rclpy.parameter import parameter_value_to_python
 from rclpy.task import Future
 
+# A request may go to a node that was killed and is still discovered: after this many refreshes it is sent again.
+PATIENCE = 6
+
 OnParameters = Callable[[str, dict[str, Any]], None]
 
 
 class ParameterWatch:
     """Asks each node once for all its parameters; one that was started again is asked again.
 
-    A node that was killed stays in the graph for a while: then its name is there twice.
+    A node that was killed stays in the graph for a while: then its name is there twice, and a question to it is lost.
 
     Call `refresh` now and then; answers arrive through the executor.
     """
@@ -30,6 +33,7 @@ class ParameterWatch:
         self._clients: dict[str, tuple[Client, Client]] = {}
         self._asked: set[str] = set()
         self._present: Counter[str] = Counter()
+        self._unanswered: dict[str, int] = {}
 
     def refresh(self) -> None:
         present = Counter(
@@ -38,12 +42,17 @@ class ParameterWatch:
             if not name.startswith('_')
         )
         gone = (self._asked | set(self._clients)) - set(present)
-        for name in gone | set(present - self._present):
+        for name in gone | set(present - self._present) | self._not_answering():
             self._forget(name)
             self._asked.discard(name)
         self._present = present
         for name in set(present) - self._asked:
             self._ask_when_ready(name)
+
+    def _not_answering(self) -> set[str]:
+        """Nodes that were asked a while ago."""
+        self._unanswered = {name: refreshes + 1 for name, refreshes in self._unanswered.items()}
+        return {name for name, refreshes in self._unanswered.items() if refreshes > PATIENCE}
 
     def _ask_when_ready(self, name: str) -> None:
         if name not in self._clients:
@@ -54,6 +63,7 @@ class ParameterWatch:
         lister, getter = self._clients[name]
         if lister.service_is_ready() and getter.service_is_ready():
             self._asked.add(name)
+            self._unanswered[name] = 0
             lister.call_async(ListParameters.Request()).add_done_callback(
                 lambda future: self._listed(name, future)
             )
@@ -74,6 +84,7 @@ class ParameterWatch:
         self._forget(name)
 
     def _forget(self, name: str) -> None:
+        self._unanswered.pop(name, None)
         for client in self._clients.pop(name, ()):
             self._node.destroy_client(client)
 
