@@ -8,12 +8,14 @@ import time
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from advise_ros.config import AdviseConfig
+from advise_ros.config import AdviseConfig, LoggerConfig
 from advise_ros.core.errors import AdviseError, InputError
 from advise_ros.core.learn import learn
 from advise_ros.demo.console import DemoConsole
 from advise_ros.demo.graph import refuse_a_second_graph
-from advise_ros.demo.options import DemoOptions, node_config, share
+from advise_ros.demo.options import DemoOptions, check_parameters, node_config, share
+from advise_ros.demo.out import out_directory, refuse_a_full_disk, refuse_what_holds_something
+from advise_ros.demo.patience import cpu_s
 from advise_ros.demo.story import Session, Story
 from advise_ros.demo.summary import Outcome, page_values, rate, table
 from advise_ros.demo.supervisor import Child, Supervisor, executable
@@ -35,6 +37,7 @@ Next: open OUT/report.html; ./advise replay OUT/bag -p advise.clusters:=8 shows 
 
 exit code: 0 the story holds; 1 it does not, or something in it failed; 2 wrong usage; 130 interrupted
 """
+# What computes is waited for as long as it goes on; when it has used no processor for this long, it hangs.
 COMPUTE_PATIENCE_S = 300.0
 # Another graph in this domain shows itself within this time.
 DISCOVERY_S = 0.5
@@ -55,13 +58,19 @@ def parse(argv: list[str] | None = None) -> DemoOptions:
     parser.add_argument('--seed', type=int, default=0, help='seed of the pilot, the expert and the wind (default %(default)s)')
     parser.add_argument('--flights', type=int, default=3, help='demonstrations to fly (default %(default)s)')
     parser.add_argument('--answers', type=int, default=6, help='questions to answer (default %(default)s)')
-    parser.add_argument('--seeds-flown', type=int, default=3, help='learning sessions to fly (default %(default)s)')
+    parser.add_argument(
+        '--seeds-flown', type=int, default=None, help='learning sessions to fly (default 3; 1 when a person answers)',
+    )
     parser.add_argument('--trials', type=int, default=100, help='seeds on the grid model (default %(default)s)')
     parser.add_argument('--speedup', type=float, default=20.0, help='simulated seconds a second (default %(default)s)')
     parser.add_argument('--grid', type=Path, default=share('grid_demo.yaml'), help='grid file')
     parser.add_argument('--params-file', type=Path, default=share('demo.yaml'), help='node parameters')
     parser.add_argument('--out', type=Path, default=None, help='directory of the results (default out/demo-DATE-TIME)')
     given = parser.parse_args(argv)
+    if given.expert == 'human' and (given.seeds_flown or 1) != 1:
+        raise InputError(f'--seeds-flown is {given.seeds_flown}, but a person answers in one session only; leave it out')
+    if given.seeds_flown is None:
+        given.seeds_flown = 1 if given.expert == 'human' else 3
     for name, low in (('flights', 1), ('answers', 1), ('seeds_flown', 1), ('trials', 2)):
         if getattr(given, name) < low:
             raise InputError(f'--{name.replace("_", "-")} is {getattr(given, name)}; it must be {low} or more')
@@ -70,25 +79,11 @@ def parse(argv: list[str] | None = None) -> DemoOptions:
     if not 0 <= given.seed <= SEED_MAX:
         raise InputError(f'--seed is {given.seed}; it must be 0 to {SEED_MAX}')
     out = given.out or Path('out') / time.strftime('demo-%Y%m%d-%H%M%S')
-    _refuse_what_holds_something(out)
+    refuse_what_holds_something(out)
     return DemoOptions(
         given.expert, given.seed, given.flights, given.answers, given.seeds_flown, given.trials, given.speedup,
         given.grid.resolve(), given.params_file.resolve(), out.resolve(),
     )
-
-
-def _refuse_what_holds_something(out: Path) -> None:
-    if out.exists() and not out.is_dir():
-        raise InputError(f'{out} is a file; name a new directory by --out')
-    if out.exists() and any(out.iterdir()):
-        raise InputError(f'{out} holds something already; name another directory by --out')
-
-
-def _make(out: Path) -> None:
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-    except OSError as problem:
-        raise InputError(f'{out} cannot be made ({problem.strerror}); name a directory that you may write by --out') from None
 
 
 @dataclass(frozen=True)
@@ -101,28 +96,39 @@ class Tools:
 
 
 def run(options: DemoOptions, console: DemoConsole) -> int:
-    """Run the story and report; returns the exit code."""
+    """Run the story and report; returns the exit code.
+
+    Raises:
+        InputError: the run was refused, and nothing of it is left.
+        AdviseError: something in it failed.
+    """
     grid = load_grid(options.grid_file)
-    _make(options.out)
+    check_parameters(options)
+    refuse_a_full_disk(options.out, node_config(options.params_file, 'logger', LoggerConfig).min_free_mib)
     pool = TrialPool()
     try:
-        with Supervisor(options.out / 'logs') as supervisor:
+        with out_directory(options.out), Supervisor(options.out / 'logs') as supervisor:
             story = Story(options, grid, supervisor, console)
             try:
-                return _tell(options, story, Tools(supervisor, pool, console))
+                return _run_story(options, story, Tools(supervisor, pool, console))
             finally:
                 story.close()
     finally:
         pool.close()
 
 
-def _tell(options: DemoOptions, story: Story, tools: Tools) -> int:
+def _run_story(options: DemoOptions, story: Story, tools: Tools) -> int:
     time.sleep(DISCOVERY_S)
     refuse_a_second_graph(story.client.node.get_node_names())
     bag = options.out / 'bag'
+    settings, seeds = trial_settings(options), range(options.seed, options.seed + options.trials)
+    by_person = options.expert == 'human'
     story.start()
-    tools.pool.start(story.grid, trial_settings(options), range(options.seed, options.seed + options.trials))
+    if not by_person:
+        tools.pool.start(story.grid, settings, seeds)
     sessions = [story.flown_session(bag)]
+    if by_person:
+        tools.pool.start(story.grid, settings, seeds, sessions[0].log)
     replay = tools.supervisor.start('replay', [str(executable('replay')), str(bag)], may_end=True, fatal=False)
     further = range(options.seed + 1, options.seed + options.seeds_flown)
     sessions += [story.model_session(seed, options.out) for seed in further]
@@ -134,16 +140,21 @@ def _close(options: DemoOptions, story: Story, tools: Tools, sessions: list[Sess
     with tools.console.bar('trials on the grid model', options.trials) as bar:
         story.client.wait(
             'the trials', lambda: bar.at(tools.pool.done) and tools.pool.done == options.trials, COMPUTE_PATIENCE_S,
+            tools.pool.progress,
         )
-    story.client.wait('the replay of the bag', lambda: replay.process.poll() is not None, COMPUTE_PATIENCE_S)
+    story.client.wait(
+        'the replay of the bag', lambda: replay.process.poll() is not None, COMPUTE_PATIENCE_S,
+        lambda: cpu_s(replay.process.pid),
+    )
     code = replay.process.wait()
     outcome = story_outcome(options, story, tools, sessions, code)
     report = page.write(options.out, page_values(outcome))
     tools.console.rich.print()
     tools.console.rich.print(table(outcome))
-    tools.console.rich.print(f'Report: {report}\nBag:    {outcome.bag}\nLogs:   {options.out / "logs"}')
+    tools.console.rich.print(f'Report: {report}\nBag:    {outcome.bag}\nLogs:   {options.out / "logs"}', markup=False)
     if code != OK:
-        tools.console.rich.print(f'[red]The bag does not replay:[/red]\n{replay.last_lines()}')
+        tools.console.rich.print('[red]The bag does not replay:[/red]')
+        tools.console.rich.print(replay.last_lines(), markup=False)
     return OK if outcome.good else VERDICT_NO
 
 
@@ -164,6 +175,7 @@ def story_outcome(options: DemoOptions, story: Story, tools: Tools, sessions: li
         rate_after=rate([trial.after for trial in trials]),
         answers_mean=sum(trial.answers for trial in trials) / len(trials),
         first_trial_seed=options.seed,
+        by_person=options.expert == 'human',
         replay_equal=replay_code == OK,
         seconds=tools.console.seconds,
         bag=options.out / 'bag',

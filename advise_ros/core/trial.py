@@ -7,11 +7,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from advise_ros.core.advice import AdviceRecord, active
 from advise_ros.core.demonstration import Demonstration
 from advise_ros.core.demonstrator import Demonstrator, demonstrate
 from advise_ros.core.expert import SimulatedExpert
 from advise_ros.core.grid import Grid
-from advise_ros.core.learn import Learned, LearnSettings
+from advise_ros.core.learn import Learned, LearnSettings, learn
 from advise_ros.core.rollout import rollout, step_budget
 from advise_ros.core.session import Session
 
@@ -50,7 +51,7 @@ class TrialResult(NamedTuple):
         before, after: whether the policy reached the goal in order, without and with advice.
         answers: given by the expert.
         moves: over all demonstrations.
-        curve: success after 0, 1, ... answers.
+        curve: success after 0, 1, ... answers; of an `advised_trial` after none and after all.
     """
 
     seed: int
@@ -68,6 +69,22 @@ def run_trial(grid: Grid, settings: TrialSettings, seed: int) -> TrialResult:
     curve = follow(grid, settings, demonstrations, rng, seed)
     moves = sum(len(demonstration.states) for demonstration in demonstrations)
     return TrialResult(seed, curve[0], curve[-1], len(curve) - 1, moves, curve)
+
+
+def advised_trial(grid: Grid, settings: TrialSettings, log: tuple[AdviceRecord, ...], seed: int) -> TrialResult:
+    """The demonstrations of one seed, with answers that were given in another session.
+
+    Args:
+        grid: the route.
+        settings: of pilot and learner.
+        log: the answers, all of them or none.
+        seed: of the pilot and the learner.
+    """
+    demonstrations = fly(grid, settings, np.random.default_rng(seed))
+    learn_settings = replace(settings.learn, seed=seed)
+    curve = tuple(_succeeds(grid, settings, learn(grid, learn_settings, demonstrations, told)) for told in ((), log))
+    moves = sum(len(demonstration.states) for demonstration in demonstrations)
+    return TrialResult(seed, curve[0], curve[-1], len(active(log)), moves, curve)
 
 
 def follow(

@@ -14,6 +14,13 @@ from ament_index_python.packages import get_package_share_directory
 from advise_ros import config
 from advise_ros.core.errors import InputError
 
+# The nodes that the demo starts.
+NODES: dict[str, type[Any]] = {
+    'simulator': config.SimulatorConfig, 'mavlink_bridge': config.MavlinkBridgeConfig, 'recorder': config.RecorderConfig,
+    'logger': config.LoggerConfig, 'advise': config.AdviseConfig, 'policy': config.PolicyConfig,
+    'pilot': config.PilotConfig, 'expert': config.ExpertConfig, 'console': config.ConsoleConfig,
+}
+
 
 @dataclass(frozen=True)
 class DemoOptions:
@@ -23,8 +30,8 @@ class DemoOptions:
         expert: 'simulated', or 'human' to wait for a person's answers.
         flights: demonstrations flown in the simulator.
         answers: queries that the expert answers.
-        seeds_flown: learning sessions whose policies fly before and after advice, seed, seed + 1, ...
-        trials: seeds on the grid model behind the success rates.
+        seeds_flown: learning sessions whose policies fly before and after advice, seed, seed + 1, ...; with a person 1.
+        trials: seeds on the grid model behind the success rates; with a person, each with the person's answers.
         speedup: simulated seconds a second.
     """
 
@@ -53,7 +60,7 @@ def node_parameters(params_file: Path, node: str) -> dict[str, Any]:
     """
     for name, entry in _tree(params_file).items():
         if str(name).rsplit('/', 1)[-1] == node:
-            return dict(entry['ros__parameters'])
+            return {name: value for name, value in entry['ros__parameters'].items() if name != 'use_sim_time'}
     return {}
 
 
@@ -82,6 +89,19 @@ def node_config(params_file: Path, node: str, config_class: type[config.ConfigT]
         InputError: as config.build.
     """
     return config.build(config_class, node_parameters(params_file, node))
+
+
+def check_parameters(options: DemoOptions) -> None:
+    """Read every node's parameters as the nodes will, before any of them starts.
+
+    Raises:
+        InputError: one is unknown or out of range; the message names the node too.
+    """
+    for node, config_class in NODES.items():
+        try:
+            node_config(options.params_file, node, config_class)
+        except InputError as problem:
+            raise InputError(f'parameter file {options.params_file}, {node}: {problem}') from None
 
 
 def free_udp_port() -> int:

@@ -27,7 +27,7 @@ from advise_ros.report.pictures import Track
 from advise_ros.ros import convert, convert_advice
 from advise_ros.ros.graph_client import GraphClient
 
-# Generous: a busy machine takes long to start ten processes.
+# By the supervisor's clock, which stands still while the machine is too busy for the processes.
 STEP_PATIENCE_S = 120.0
 FLIGHT_PATIENCE_S = 300.0
 SETTLE_PATIENCE_S = 30.0
@@ -71,7 +71,7 @@ class Story:
         self._track_log = TrackLog()
         self._address = ''
         self.tracks: list[Track] = []
-        self.client = GraphClient('demo', supervisor.check)
+        self.client = GraphClient('demo', supervisor.check, supervisor.clock)
         self.client.on_pose = self._track_log.on_pose
 
     def start(self) -> None:
@@ -93,7 +93,8 @@ class Story:
             self._open_page()
         self._fly_demonstrations(session)
         self._before_and_after(session)
-        self._supervisor.stop(logger)
+        if self._supervisor.stop(logger):
+            raise AdviseError(f'the logger did not finish its bag {bag} and was killed; its log: {logger.log_path}')
         self._supervisor.stop(recorder, *learning)
         return session
 
@@ -173,8 +174,8 @@ class Story:
         self.client.wait('a policy learnt from all demonstrations', learnt, STEP_PATIENCE_S)
 
     def _start_expert(self, session: Session) -> Child | None:
-        """The simulated expert, or for the main session a person who answers by service call."""
-        if self._options.expert == 'simulated' or session.seed != self._options.seed:
+        """The simulated expert, or None: a person answers, on the page or by service call."""
+        if self._options.expert == 'simulated':
             return self._graph.start_expert(session.seed)
         self._console.say(f'[bold]Your turn:[/bold] the drone asks, you answer on the page ({self._address})')
         self._console.say('or in another terminal, by ./advise ask.')

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -37,7 +38,14 @@ class Rate:
 
 @dataclass(frozen=True)
 class Outcome:
-    """All that a run has to show."""
+    """All that a run has to show.
+
+    Attributes:
+        before, after: learnt in the main session without and with its answers.
+        rate_before, rate_after: of the trials on the grid model.
+        answers_mean: answers in a trial.
+        by_person: whether a person answered; then every figure comes from the person's answers, those of the trials too.
+    """
 
     sessions: Sequence[Session]
     tracks: Sequence[pictures.Track]
@@ -48,6 +56,7 @@ class Outcome:
     rate_after: Rate
     answers_mean: float
     first_trial_seed: int
+    by_person: bool
     replay_equal: bool
     seconds: float
     bag: Path
@@ -80,7 +89,10 @@ def table(outcome: Outcome) -> Table:
     for heading in ('', 'without advice', 'with advice'):
         rows.add_column(heading)
     trials = outcome.rate_before.trials
-    rows.add_row(f'success on the grid model, {trials} seeds (95 %)', str(outcome.rate_before), str(outcome.rate_after))
+    whose = 'your answers' if outcome.by_person else 'simulated answers'
+    rows.add_row(
+        f'success on the grid model, {trials} seeds, {whose} (95 %)', str(outcome.rate_before), str(outcome.rate_after),
+    )
     rows.add_row('success in the simulator', _flown(outcome.flights, 'before'), _flown(outcome.flights, 'after'))
     rows.add_row('questions answered', '0', f'{len(active(outcome.log))}')
     rows.add_row('replay of the bag', '', outcome.replay_text)
@@ -112,15 +124,22 @@ def page_values(outcome: Outcome) -> dict[str, Any]:
         'success_svg': pictures.to_svg(_success(outcome)),
         'trials_caption': (
             f'{trials} independent trials on the grid model, seeds {outcome.first_trial_seed} to {last}, each with '
-            f'its own demonstrations and mistakes and {outcome.answers_mean:.1f} answers on average; bars with 95 % intervals.'
+            f'its own demonstrations and mistakes and {_trial_answers(outcome)}; bars with 95 % intervals.'
         ),
         'questions': [_question(main, record, shown) for record in active(outcome.log)],
         **shown,
         'flights': [_flight_row(flight) for flight in outcome.flights],
         'demonstrations': [_demonstration_row(demonstration) for demonstration in main.demonstrations],
         'bag': str(outcome.bag),
+        'bag_word': shlex.quote(str(outcome.bag)),
         'replay': outcome.replay_text,
     }
+
+
+def _trial_answers(outcome: Outcome) -> str:
+    if outcome.by_person:
+        return f'the {outcome.answers_mean:.0f} answers that you gave in this session'
+    return f'{outcome.answers_mean:.1f} answers of a simulated expert on average'
 
 
 def _tiles(outcome: Outcome) -> list[dict[str, str]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import signal
 import subprocess
@@ -15,10 +16,12 @@ from typing import IO, Any
 from ament_index_python.packages import get_package_prefix
 
 from advise_ros.core.errors import AdviseError
+from advise_ros.demo.patience import FairClock
 from advise_ros.parent import die_with_parent
 
 LAST_LINES = 12
 STOP_PATIENCE_S = 8.0
+POLL_S = 0.02
 
 
 class ChildDiedError(AdviseError):
@@ -34,8 +37,9 @@ def ros_arguments(parameters: Mapping[str, object], *extra: str) -> list[str]:
     """--ros-args with every parameter."""
     arguments = ['--ros-args', *extra]
     for name, value in parameters.items():
-        text = str(value).lower() if isinstance(value, bool) else repr(value) if isinstance(value, float) else str(value)
-        arguments += ['-p', f'{name}:={text}' if text else f"{name}:=''"]
+        # Parameter values are YAML, and JSON is: a path stays a text whatever it holds.
+        text = json.dumps(str(value) if isinstance(value, Path) else value, ensure_ascii=False)
+        arguments += ['-p', f'{name}:={text}']
     return arguments
 
 
@@ -61,14 +65,17 @@ class Supervisor:
 
     Use as a context manager: leaving it stops every child. Within it SIGINT and SIGTERM only leave a note,
     which `check` turns into KeyboardInterrupt: raised anywhere, it could be lost inside a fork or a callback.
+
+    Attributes:
+        clock: seconds in which all children could run; patience with them is measured by it.
     """
 
     def __init__(self, log_directory: Path) -> None:
         self._logs = log_directory
-        self._logs.mkdir(parents=True, exist_ok=True)
         self._children: list[Child] = []
         self._interrupted = False
         self._handlers: dict[signal.Signals, Any] = {}
+        self.clock = FairClock(lambda: self.pids().values())
 
     def __enter__(self) -> Supervisor:
         for number in (signal.SIGINT, signal.SIGTERM):
@@ -85,6 +92,7 @@ class Supervisor:
 
     def start(self, name: str, command: Sequence[str], *, may_end: bool = False, fatal: bool = True) -> Child:
         """Start a process; `may_end`: its clean end is no failure; not `fatal`: nor is any other end."""
+        self._logs.mkdir(parents=True, exist_ok=True)
         log_path = self._logs / f'{name}.log'
         log_file = log_path.open('ab')
         process = subprocess.Popen(
@@ -121,21 +129,23 @@ class Supervisor:
                 how = f'was killed by {signal.Signals(-code).name}' if code < 0 else f'ended with exit code {code}'
                 raise ChildDiedError(f'{child.name} {how}; its last lines ({child.log_path}):\n{child.last_lines()}')
 
-    def stop(self, *children: Child) -> None:
-        """Ask children to stop, then make them; returns when all are gone."""
+    def stop(self, *children: Child) -> tuple[str, ...]:
+        """Ask children to stop, then make them; returns when all are gone, with the names of those that were made to."""
         for child in children:
             if child.process.poll() is None:
                 child.process.send_signal(signal.SIGINT)
-        end = time.monotonic() + STOP_PATIENCE_S
+        end = self.clock() + STOP_PATIENCE_S
+        while any(child.process.poll() is None for child in children) and self.clock() < end:
+            time.sleep(POLL_S)
+        stubborn = [child for child in children if child.process.poll() is None]
+        for child in stubborn:
+            child.process.kill()
         for child in children:
-            try:
-                child.process.wait(timeout=max(0.1, end - time.monotonic()))
-            except subprocess.TimeoutExpired:
-                child.process.kill()
-                child.process.wait()
+            child.process.wait()
             child.log_file.close()
             if child in self._children:
                 self._children.remove(child)
+        return tuple(child.name for child in stubborn)
 
     def stop_all(self) -> None:
         """Stop every child, the latest first."""

@@ -8,11 +8,16 @@ import os
 import signal
 from collections.abc import Sequence
 from concurrent.futures import Future, ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from functools import partial
 
 from advise_ros.config import AdviseConfig, ExpertConfig, PilotConfig, PolicyConfig
+from advise_ros.core.advice import AdviceRecord
+from advise_ros.core.errors import AdviseError
 from advise_ros.core.grid import Grid
-from advise_ros.core.trial import TrialResult, TrialSettings, run_trial
+from advise_ros.core.trial import TrialResult, TrialSettings, advised_trial, run_trial
 from advise_ros.demo.options import DemoOptions, node_config
+from advise_ros.demo.patience import cpu_s
 from advise_ros.parent import die_with_parent
 from advise_ros.settings import learn_settings
 
@@ -44,19 +49,41 @@ class TrialPool:
         self._pool = ProcessPoolExecutor(1, mp_context=spawn, initializer=_be_polite, initargs=(os.getpid(),))
         self._futures: list[Future[TrialResult]] = []
 
-    def start(self, grid: Grid, settings: TrialSettings, seeds: Sequence[int]) -> None:
+    def start(
+        self, grid: Grid, settings: TrialSettings, seeds: Sequence[int], log: tuple[AdviceRecord, ...] | None = None,
+    ) -> None:
+        """Begin the trials.
+
+        Args:
+            grid: the route.
+            settings: of every trial.
+            seeds: one trial each.
+            log: the answers of a person, for every trial; None: the simulated expert answers in each.
+        """
         # The process inherits this: Ctrl-C reaches the whole terminal, and only the parent is to answer it.
         before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-        self._futures = [self._pool.submit(run_trial, grid, settings, seed) for seed in seeds]
+        one = partial(run_trial, grid, settings) if log is None else partial(advised_trial, grid, settings, log)
+        self._futures = [self._pool.submit(one, seed) for seed in seeds]
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
     @property
     def done(self) -> int:
         return sum(future.done() for future in self._futures)
 
+    def progress(self) -> tuple[int, float]:
+        """Trials done and processor seconds used: neither grows when nothing goes on any more."""
+        return self.done, sum(cpu_s(process.pid or 0) for process in multiprocessing.active_children())
+
     def results(self) -> list[TrialResult]:
-        """All results in the order of the seeds; waits for the last."""
-        return [future.result() for future in self._futures]
+        """All results in the order of the seeds; waits for the last.
+
+        Raises:
+            AdviseError: the process that computes them has died.
+        """
+        try:
+            return [future.result() for future in self._futures]
+        except BrokenProcessPool:
+            raise AdviseError('the process of the trials was killed (by the kernel, for want of memory?)') from None
 
     def close(self) -> None:
         """End the process, also in the middle of a trial: the interpreter would wait for it at its exit.

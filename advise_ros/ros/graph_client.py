@@ -60,12 +60,21 @@ class GraphClient:
         on_pose: called with every pose.
     """
 
-    def __init__(self, name: str, check: Callable[[], None] = lambda: None) -> None:
-        """Joins the graph; `check` is called while waiting and may raise, e.g. when a process died."""
+    def __init__(
+        self, name: str, check: Callable[[], None] = lambda: None, clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        """Joins the graph.
+
+        Args:
+            name: of the node.
+            check: called while waiting; may raise, e.g. when a process died.
+            clock: seconds by which waiting is limited.
+        """
         if not rclpy.ok():
             rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
         self.node = Node(name)
         self._check = check
+        self._clock = clock
         self.vehicle: VehicleStatus | None = None
         self.learner: LearnerStatus | None = None
         self.flight: FlightStatus | None = None
@@ -131,19 +140,31 @@ class GraphClient:
         self.policies, self.queries, self.advice, self.demonstrations = {}, {}, [], {}
 
     # -- waiting -----------------------------------------------------------------------------
-    def wait(self, what: str, predicate: Callable[[], T | None], timeout_s: float) -> T:
+    def wait(
+        self, what: str, predicate: Callable[[], T | None], timeout_s: float, progress: Callable[[], object] = lambda: None,
+    ) -> T:
         """The predicate's first true value.
 
+        Args:
+            what: for the message.
+            predicate: asked again and again.
+            timeout_s: seconds of the client's clock to wait.
+            progress: each change of its value makes the waiting begin anew.
+
         Raises:
-            GraphTimeoutError: not within `timeout_s` (steady time); the message says what was waited for.
+            GraphTimeoutError: not in time; the message says what was waited for.
         """
-        end = time.monotonic() + timeout_s
+        end, reached = self._clock() + timeout_s, progress()
         while True:
             value = predicate()
             if value:
                 return value
             self._check()
-            if time.monotonic() > end:
+            if self._clock() > end:
+                before, reached = reached, progress()
+                if reached != before:
+                    end = self._clock() + timeout_s
+                    continue
                 raise GraphTimeoutError(f'waited {timeout_s:g} s in vain for {what}')
             time.sleep(POLL_S)
 
@@ -199,9 +220,9 @@ class GraphClient:
         """
         self.wait('the action policy/fly', lambda: self._fly.server_is_ready() or None, timeout_s)
         goal = Fly.Goal(step_budget=0, start_cell=start_cell, policy_version=max(self.policies, default=0))
-        end = time.monotonic() + ACCEPT_PATIENCE_S
+        end = self._clock() + ACCEPT_PATIENCE_S
         while (handle := self._send(goal)) is None or not handle.accepted:
-            if time.monotonic() < end:  # A node that has just started may not have heard the policy yet.
+            if self._clock() < end:  # A node that has just started may not have heard the policy yet.
                 continue
             if handle is None:
                 raise GraphTimeoutError(NO_REPLY)
