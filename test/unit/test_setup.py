@@ -1,4 +1,4 @@
-"""Set-up's own decisions: which Python, what lacks, what is out of date. The whole of it runs before these tests do."""
+"""What set-up needs of a machine: which Python, what is missing, in one sentence with its remedy."""
 
 from __future__ import annotations
 
@@ -8,28 +8,16 @@ import platform
 import shutil
 import subprocess
 import sys
-from collections.abc import Iterator
+import sysconfig
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
-ROOT = Path(__file__).resolve().parents[2]
-MODULES = ('prerequisites', 'shell', 'packages', 'build', 'setup_env')
+from support.setting_up import ROOT, command, tools
 
-
-@pytest.fixture
-def tools(monkeypatch: pytest.MonkeyPatch) -> Iterator[SimpleNamespace]:
-    """The modules of tools/, imported as set-up imports them."""
-    monkeypatch.syspath_prepend(str(ROOT / 'tools'))
-    yield SimpleNamespace(**{name: importlib.import_module(name) for name in MODULES})
-    for name in MODULES:
-        sys.modules.pop(name, None)
-
-
-def run(*command: str, **env: str) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(command, cwd=ROOT, env={**os.environ, **env}, text=True, capture_output=True, check=False)
+__all__ = ['tools']
 
 
 def fake_python(folder: Path, name: str, version: tuple[int, int]) -> None:
@@ -48,12 +36,17 @@ def find_python(folder: Path, *arguments: str) -> subprocess.CompletedProcess[st
     )
 
 
-def test_without_python_it_says_what_to_install(tmp_path: Path) -> None:
+def test_without_python_it_says_all_that_is_to_be_installed(tmp_path: Path) -> None:
     done = find_python(tmp_path)
     assert (done.returncode, done.stdout) == (2, '')
     assert done.stderr == (
-        'error: Python 3.10 to 3.13 is needed and no Python was found: sudo apt install python3 python3-venv python3-dev\n'
+        'error: set-up needs Python 3.10 to 3.13 and a C and C++ compiler, and there is no Python here: '
+        'sudo apt install python3 python3-venv build-essential\n'
     )
+    for name in ('cc', 'c++'):
+        command(tmp_path, name, 'exit 0')
+    command(tmp_path, 'id', 'echo 0')  # Root needs no sudo, and a minimal system has none.
+    assert find_python(tmp_path).stderr.endswith('no Python here: apt install python3 python3-venv\n')
 
 
 @pytest.mark.parametrize('version', [(3, 9), (3, 14), (2, 7)])
@@ -92,8 +85,8 @@ def test_here_nothing_lacks(tools: SimpleNamespace, monkeypatch: pytest.MonkeyPa
         (platform, 'machine', lambda: 'aarch64', 'this machine is Linux aarch64, and the ROS 2 wheels exist for Linux x86_64'),
         (platform, 'libc_ver', lambda: ('glibc', '2.17'), 'glibc 2.17, and glibc 2.28 or newer is needed; use Debian 12'),
         (platform, 'libc_ver', lambda: ('', ''), 'the C library here is not glibc'),
-        (importlib.util, 'find_spec', lambda name: None, "has no 'venv' module: sudo apt install python3."),
-        (shutil, 'which', lambda name: None, "no C and C++ compiler was found ('cc' is not there): sudo apt install"),
+        (importlib.util, 'find_spec', lambda name: None, "set-up needs the 'venv' module of Python 3."),
+        (shutil, 'which', lambda name: None, "a C and C++ compiler ('cc' and 'c++' not there)"),
         (shutil, 'disk_usage', lambda path: SimpleNamespace(free=1e9), 'has 1.0 GB left, and set-up takes up to 2.5 GB'),
     ],
 )
@@ -101,8 +94,39 @@ def test_what_lacks_is_told_with_its_remedy(
     tools: SimpleNamespace, monkeypatch: pytest.MonkeyPatch, owner: Any, name: str, value: Any, sentence: str,
 ) -> None:
     monkeypatch.delenv('CC', raising=False)
+    monkeypatch.delenv('CXX', raising=False)
     monkeypatch.setattr(owner, name, value)
     assert sentence in lacking(tools, ROOT)
+
+
+def test_all_that_lacks_is_said_at_once_with_one_line_to_install_it(
+    tools: SimpleNamespace, monkeypatch: pytest.MonkeyPatch, tmp_path: Path,
+) -> None:
+    for variable in ('CC', 'CXX'):
+        monkeypatch.delenv(variable, raising=False)
+    monkeypatch.setattr(importlib.util, 'find_spec', lambda name: None)
+    monkeypatch.setattr(shutil, 'which', lambda name: None)
+    monkeypatch.setattr(sysconfig, 'get_paths', lambda: {'include': str(tmp_path)})
+    monkeypatch.setattr(shutil, 'disk_usage', lambda path: SimpleNamespace(free=1e9))
+    monkeypatch.setattr(os, 'geteuid', lambda: 1000)
+    number = f'{sys.version_info.major}.{sys.version_info.minor}'
+    said = lacking(tools, ROOT)
+    assert '1.0 GB left' in said
+    assert said.endswith(f': sudo apt install python{number}-venv build-essential python{number}-dev')
+    monkeypatch.setattr(os, 'geteuid', lambda: 0)
+    assert ': apt install ' in lacking(tools, ROOT)
+
+
+@pytest.mark.parametrize('path', ["/home/Anna's", '/data/a:b', '/data/a;b', '/data/a,b', '/home/jörg', '/data/$HOME', '/a#'])
+def test_a_path_that_build_tools_misread_is_refused_with_the_letter(tools: SimpleNamespace, path: str) -> None:
+    (missing,) = tools.prerequisites._path(Path(path))
+    assert f'the path {path!r} holds ' in missing.what
+    assert 'move the checkout to a path of ASCII letters' in missing.what
+
+
+@pytest.mark.parametrize('path', ['/home/anna/my drones', '/data/a-b_c.d/100'])
+def test_a_path_with_spaces_will_do(tools: SimpleNamespace, path: str) -> None:
+    assert tools.prerequisites._path(Path(path)) == []
 
 
 @pytest.mark.parametrize(
@@ -111,6 +135,7 @@ def test_what_lacks_is_told_with_its_remedy(
         ('Caused by: dns error: failed to lookup address', 'check the network'),
         ('NewConnectionError: Failed to establish a new connection: [Errno 101]', 'check the network'),
         ('ERROR: No matching distribution found for ros-rcl==9.2.8', 'check the network (and the proxy or index settings'),
+        ('SSLError(SSLCertVerificationError(1, "[SSL: CERTIFICATE_VERIFY_FAILED] certificate verify failed', 'PIP_CERT=FILE'),
         ('OSError: [Errno 28] No space left on device', 'the disk is full'),
         ('error: Hash mismatch for numpy', 'not the one that requirements/lock.txt names'),
         ('fatal error: Python.h: No such file or directory', 'header files of Python'),
@@ -122,105 +147,3 @@ def test_failures_of_known_causes_are_one_sentence(tools: SimpleNamespace, outpu
 
 def test_an_unknown_failure_is_not_guessed_at(tools: SimpleNamespace) -> None:
     assert tools.prerequisites.reason('Segmentation fault') is None
-
-
-# -- tools/setup_env.py -----------------------------------------------------------------------
-def test_another_ros_is_refused_by_name(tools: SimpleNamespace, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(shutil, 'which', lambda name: f'/opt/ros/bin/{name}')
-    monkeypatch.setenv('ROS_DISTRO', 'humble')
-    with pytest.raises(tools.prerequisites.SetupError, match="ROS 2 'humble' is sourced, and this project runs on Jazzy"):
-        tools.setup_env.sourced_ros()
-    monkeypatch.setenv('ROS_DISTRO', 'jazzy')
-    assert tools.setup_env.sourced_ros()
-    monkeypatch.delenv('ROS_DISTRO')
-    assert not tools.setup_env.sourced_ros()
-
-
-def test_a_stamp_vouches_for_finished_work_only(tools: SimpleNamespace, tmp_path: Path) -> None:
-    stamp = tmp_path / 'stamp'
-    tools.setup_env.renew(stamp, 'one', lambda: None)
-    assert tools.setup_env.stamped(stamp, 'one')
-    assert not tools.setup_env.stamped(stamp, 'two')
-
-    def interrupted() -> None:
-        assert not stamp.exists()
-        raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        tools.setup_env.renew(stamp, 'two', interrupted)
-    assert not tools.setup_env.stamped(stamp, 'one')
-    assert not tools.setup_env.stamped(stamp, 'two')
-
-
-def test_a_build_is_out_of_date_when_what_colcon_reads_has_changed(
-    tools: SimpleNamespace, monkeypatch: pytest.MonkeyPatch, tmp_path: Path,
-) -> None:
-    for name in ('msg_defs', 'config', 'launch'):
-        shutil.copytree(ROOT / name, tmp_path / name)
-    for name in ('package.xml', 'setup.py', 'setup.cfg', 'colcon_defaults.yaml'):
-        shutil.copy(ROOT / name, tmp_path)
-    monkeypatch.setattr(tools.setup_env, 'ROOT', tmp_path)
-    digests = [tools.setup_env.build_digest('e')]
-
-    def changed() -> bool:
-        digests.append(tools.setup_env.build_digest('e'))
-        return digests[-1] != digests[-2]
-
-    assert not changed()
-    (tmp_path / 'config' / 'advise.yaml').write_text('{}')  # Linked into install/: an edit needs no build ...
-    assert not changed()
-    (tmp_path / 'config' / 'new.yaml').write_text('{}')  # ... but a new file has to be linked.
-    assert changed()
-    (tmp_path / 'msg_defs' / 'msg' / 'Policy.msg').write_text('uint32 version\n')
-    assert changed()
-    (tmp_path / 'setup.py').write_text('')
-    assert changed()
-
-
-def test_wheels_name_this_python_and_the_files_of_a_cache_stay_as_they_are(tools: SimpleNamespace, tmp_path: Path) -> None:
-    cached, share = tmp_path / 'cached.cmake', tmp_path / 'venv' / 'share'
-    builder = '/opt/python/cp311-cp311'
-    cached.write_text(f'"{builder}/include/python3.11;{builder}/lib/python3.11/site-packages/numpy/_core/include;/usr/include"')
-    share.mkdir(parents=True)
-    (share / 'a.cmake').hardlink_to(cached)
-    shell = SimpleNamespace(run=lambda *ignored: '/here/include\n/here/numpy\n')
-    tools.packages._name_this_python(shell, tmp_path / 'venv')
-    assert (share / 'a.cmake').read_text() == '"/here/include;/here/numpy;/usr/include"'
-    assert builder in cached.read_text()
-
-
-def test_lock_files_name_no_index_and_hash_every_package(tools: SimpleNamespace) -> None:
-    for name in ('lock.txt', 'system-lock.txt', 'bootstrap-lock.txt'):
-        text = (ROOT / 'requirements' / name).read_text()
-        assert '://' not in text
-        requirements = [block for block in text.split('\n') if block[:1].isalnum()]
-        assert requirements
-        assert all('==' in line and line.endswith('\\') for line in requirements)
-
-
-# -- ./advise ---------------------------------------------------------------------------------
-def test_advise_names_what_there_is() -> None:
-    done = run('./advise', '--help')
-    assert done.returncode == 0
-    assert ' mavlink_bridge ' in done.stdout
-    wrong = run('./advise', 'polcy')
-    assert wrong.returncode == 2
-    assert wrong.stderr.startswith("error: 'polcy' is unknown; known: advise ")
-    assert run('./advise').returncode == 2
-
-
-def test_advise_without_set_up_says_what_to_run(tmp_path: Path) -> None:
-    shutil.copy(ROOT / 'advise', tmp_path)
-    done = run(str(tmp_path / 'advise'), 'policy')
-    assert (done.returncode, done.stderr) == (2, f"error: the environment is not built yet; run 'make setup' in {tmp_path}\n")
-
-
-def test_advise_runs_from_anywhere_through_a_link_with_arguments_as_they_are(tmp_path: Path) -> None:
-    (tmp_path / 'link').symlink_to(ROOT / 'advise')
-    script = 'import os, sys, advise_msgs; print(os.getcwd(), os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"], sys.argv[1:])'
-    env = {name: value for name, value in os.environ.items() if name != 'ROS_AUTOMATIC_DISCOVERY_RANGE'}
-    done = subprocess.run(
-        [tmp_path / 'link', 'python', '-c', script, 'a b', '*'],
-        cwd=tmp_path, env=env, text=True, capture_output=True, check=True,
-    )
-    assert done.stdout == f"{tmp_path} LOCALHOST ['a b', '*']\n"
