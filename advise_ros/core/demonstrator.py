@@ -28,15 +28,20 @@ class Demonstrator:
         noise_rate: share of wrong moves, 0 to 1.
         mistake_share: share of those states with a systematic mistake, 0 to 1.
         rng: of every random choice.
+        right: (n, n_actions) the actions that are right to this person; None: those of the shortest ways.
+        possible: (n, n_actions) the actions that wrong moves are drawn from; None: all that stay on the map.
     """
 
-    def __init__(self, grid: Grid, noise_rate: float, mistake_share: float, rng: np.random.Generator) -> None:
+    def __init__(  # noqa: PLR0913 - the parameters of a person
+        self, grid: Grid, noise_rate: float, mistake_share: float, rng: np.random.Generator, *,
+        right: Bools | None = None, possible: Bools | None = None,
+    ) -> None:
         self.grid = grid
         self._rng = rng
-        self._optimal = optimal_table(grid)
-        self._wrong = _flyable(grid) & ~self._optimal
-        right = np.flatnonzero(self._optimal.any(axis=1)).tolist()
-        self._habits = {state: self._draw(self._optimal[state]) for state in right}
+        self._optimal = optimal_table(grid) if right is None else right
+        self._wrong = _flyable(grid) & ~self._optimal & (True if possible is None else possible)
+        acting = np.flatnonzero(self._optimal.any(axis=1)).tolist()
+        self._habits = {state: self._draw(self._optimal[state]) for state in acting}
         self.mistakes = self._choose_mistakes(mistake_share)
         systematic = mistake_share * MISTAKE_RATE
         self._mistake_rate = MISTAKE_RATE if systematic <= noise_rate else noise_rate / mistake_share

@@ -6,6 +6,7 @@ import numpy as np
 
 from advise_ros.core.advice import Answer, Query, Verdict
 from advise_ros.core.grid import N_ACTIONS, Grid
+from advise_ros.core.numerics import Bools
 from advise_ros.core.routes import optimal_table
 
 
@@ -25,6 +26,7 @@ class SimulatedExpert:
         skip_rate: share of queries that are skipped.
         expert_id: name in the log.
         prefer: 'majority' or 'plurality'.
+        right: (n, n_actions) the actions that are right to this person; None: those of the shortest ways.
     """
 
     def __init__(  # noqa: PLR0913, PLR0917 - the parameters of a person
@@ -36,8 +38,9 @@ class SimulatedExpert:
         skip_rate: float = 0.0,
         expert_id: str = 'simulated-expert',
         prefer: str = 'majority',
+        right: Bools | None = None,
     ) -> None:
-        self._optimal = optimal_table(grid)
+        self._optimal = optimal_table(grid) if right is None else right
         self._rng = rng
         self._avoid, self._prefer = avoid, prefer
         self._error_rate, self._skip_rate = error_rate, skip_rate

@@ -1,0 +1,5 @@
+"""What a person wants of a site and its map does not say: cells to keep out of, believed from flights and answers.
+
+`layout` is the site and its route as arrays, `search` the ways over it, `pilots` how people fly, `chain`, `proposals` and
+`tempering` sample maps that explain the flights, `belief` puts them together, `plan` flies by a belief, `questions` asks.
+"""

@@ -1,0 +1,197 @@
+"""What is believed of a site after flights and answers: maps of cells to keep out of, drawn as often as they are likely."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from advise_ros.core.numerics import Floats, Ints
+from advise_ros.core.site.chain import CompiledAnswers, Problem
+from advise_ros.core.site.layout import Bytes, Layout
+from advise_ros.core.site.pilots import PILOTS, Moves, Pilot, moves_of, rounded
+from advise_ros.core.site.tempering import TEMPERATURES, Draws, draw
+
+# An answer is right with this probability; a right one calls each action otherwise than the map with the other; a wrong one is
+# one of so many.
+RIGHT, OTHERWISE, WRONG_ANSWERS = 0.9, 0.1, 30
+# Maps with a price [nat] a marked cell and an edge of their border: few cells, and those together.
+CELL_PRICE, EDGE_PRICE = 0.8, 0.4
+# Models of the pilot that explain the moves worse by more than this [nat] are dropped.
+HOPELESSLY_BEHIND = 15.0
+# How often the models of the pilot are fitted to the moves, and the maps drawn anew.
+FITS = 2
+
+
+@dataclass(frozen=True)
+class SamplerSettings:
+    """How long is searched.
+
+    Attributes:
+        steps_per_cell, least_steps: proposals a model of the pilot, each time that maps are drawn.
+        maps: maps that a belief holds.
+    """
+
+    steps_per_cell: int = 50
+    least_steps: int = 12_000
+    maps: int = 100
+
+    def steps(self, layout: Layout) -> int:
+        """Proposals for a site."""
+        return max(self.least_steps, self.steps_per_cell * layout.n_cells)
+
+
+class SiteAnswer(NamedTuple):
+    """What a person said is right and wrong in some states; both empty where all is right."""
+
+    states: tuple[int, ...]
+    preferred: tuple[int, ...]
+    avoided: tuple[int, ...]
+
+
+class PilotBelief(NamedTuple):
+    """One model of the pilot, fitted to the moves, and the maps that explain them under it.
+
+    Attributes:
+        level: mean log posterior of the maps.
+        weight: of the model among all, by its evidence.
+    """
+
+    pilot: Pilot
+    level: float
+    weight: float
+    draws: Draws
+
+
+@dataclass(frozen=True, eq=False)
+class SiteBelief:
+    """What is believed of a site.
+
+    Attributes:
+        maps: (k, cells) 1 for cells to keep out of, equally likely.
+        doubting: (m, cells) maps that lie half-way to doubting the moves; for questions.
+        pilots: models of the pilot that explain the moves, the likeliest first.
+        answers: what was said.
+        flights: the moves.
+    """
+
+    maps: Bytes
+    doubting: Bytes
+    pilots: tuple[PilotBelief, ...]
+    answers: tuple[SiteAnswer, ...]
+    flights: Moves
+
+    @property
+    def keep_out(self) -> Floats:
+        """(cells,) probability that the person wants the cell kept out of."""
+        share: Floats = self.maps.mean(axis=0)
+        return share
+
+
+def believe(
+    layout: Layout, taken: Ints, answers: tuple[SiteAnswer, ...], rng: np.random.Generator,
+    settings: SamplerSettings | None = None, cell_price: Floats | None = None,
+) -> SiteBelief:
+    """What moves and answers say of a site, the answers one after the other.
+
+    Args:
+        layout: the site and the route.
+        taken: (states, 4) moves flown.
+        answers: in the order in which they were given.
+        rng: of every random choice.
+        settings: how long is searched.
+        cell_price: (cells,) log odds against each cell before anything was seen [nat]; None: CELL_PRICE each.
+    """
+    settings = settings or SamplerSettings()
+    prices = np.full(layout.n_cells, CELL_PRICE) if cell_price is None else rounded(cell_price)
+    belief = _first(layout, moves_of(layout, taken), prices, settings, rng)
+    for answer in answers:
+        belief = tell(layout, belief, answer, rng, settings, prices)
+    return belief
+
+
+def tell(
+    layout: Layout, belief: SiteBelief, answer: SiteAnswer, rng: np.random.Generator,
+    settings: SamplerSettings | None = None, cell_price: Floats | None = None,
+) -> SiteBelief:
+    """The belief after one more answer; arguments as of `believe`."""
+    settings = settings or SamplerSettings()
+    prices = np.full(layout.n_cells, CELL_PRICE) if cell_price is None else rounded(cell_price)
+    answers = (*belief.answers, answer)
+    again = tuple(
+        _drawn(layout, belief.flights, one.pilot, answers, prices, settings, rng, one.draws) for one in belief.pilots
+    )
+    return _weighed(again, belief.flights, answers, settings, drop=True)
+
+
+def _first(layout: Layout, flights: Moves, prices: Floats, settings: SamplerSettings, rng: np.random.Generator) -> SiteBelief:
+    """From the moves alone: maps, then the models fitted to the likeliest of them, then maps again."""
+    models = tuple(_drawn(layout, flights, pilot, (), prices, settings, rng, None) for pilot in PILOTS)
+    for _ in range(FITS):
+        fitted = [one.pilot.fitted(layout, flights, one.draws.best) for one in models]
+        models = tuple(
+            _drawn(layout, flights, pilot, (), prices, settings, rng, one.draws)
+            for pilot, one in zip(fitted, models, strict=True)
+        )
+    return _weighed(models, flights, (), settings, drop=True)
+
+
+def _drawn(  # noqa: PLR0913, PLR0917 - what a drawing takes
+    layout: Layout, flights: Moves, pilot: Pilot, answers: tuple[SiteAnswer, ...], prices: Floats,
+    settings: SamplerSettings, rng: np.random.Generator, before: Draws | None,
+) -> PilotBelief:
+    """Maps under one model of the pilot, beginning where the last drawing ended."""
+    problem = problem_of(layout, flights, pilot, answers, prices)
+    starts = np.zeros((len(TEMPERATURES), layout.n_cells), dtype=np.uint8) if before is None else before.last.copy()
+    if before is not None:
+        starts[1], starts[-1] = before.best, 0
+    draws = draw(problem, starts, settings.steps(layout), settings.maps, rng, fresh=before is None)
+    return PilotBelief(pilot, float(rounded(np.asarray(draws.log_posterior.mean()), 20)), 0.0, draws)
+
+
+def problem_of(layout: Layout, flights: Moves, pilot: Pilot, answers: tuple[SiteAnswer, ...], cell_price: Floats) -> Problem:
+    """What maps are judged by under one model of the pilot."""
+    compiled = _compiled_answers(answers)
+    asked = np.zeros(layout.n_states, dtype=np.uint8)
+    asked[compiled.states] = 1
+    relevant = asked.copy()
+    relevant[flights.states] = 1
+    return Problem(layout, pilot.compiled(layout, flights), compiled, relevant, asked, cell_price, EDGE_PRICE)
+
+
+def _compiled_answers(answers: tuple[SiteAnswer, ...]) -> CompiledAnswers:
+    first = np.cumsum([0, *(len(one.states) for one in answers)]).astype(np.int32)
+    states = np.array([state for one in answers for state in one.states], dtype=np.int32)
+    masks = [_masks(one) for one in answers]
+    preferred, avoided = (np.array([mask[side] for mask in masks], dtype=np.uint8) for side in (0, 1))
+    differences = np.arange(9)
+    logs = rounded(np.log(RIGHT * OTHERWISE**differences + (1.0 - RIGHT) / WRONG_ANSWERS))
+    return CompiledAnswers(first, states, preferred, avoided, logs)
+
+
+def _masks(answer: SiteAnswer) -> tuple[int, int]:
+    """Preferred and avoided as sums of 1 << action; where nothing is avoided all is right."""
+    if not answer.avoided and not answer.preferred:
+        return 15, 0
+    return sum(1 << action for action in answer.preferred), sum(1 << action for action in answer.avoided)
+
+
+def _weighed(
+    models: tuple[PilotBelief, ...], flights: Moves, answers: tuple[SiteAnswer, ...], settings: SamplerSettings, *, drop: bool,
+) -> SiteBelief:
+    """The maps of all models that are not far behind, each in proportion to its evidence."""
+    ranked = sorted(models, key=lambda one: -one.level)
+    top = ranked[0].level
+    kept = [one for one in ranked if not drop or one.level > top - HOPELESSLY_BEHIND]
+    evidence = np.exp([one.level - top for one in kept])
+    weights = evidence / evidence.sum()
+    kept = [one._replace(weight=float(weight)) for one, weight in zip(kept, weights, strict=True)]
+    shares = [round(one.weight * settings.maps) for one in kept]
+    maps = np.concatenate([_spread(one.draws.maps, share) for one, share in zip(kept, shares, strict=True)])
+    doubting = np.concatenate([_spread(one.draws.doubting, max(1, share // 2)) for one, share in zip(kept, shares, strict=True)])
+    return SiteBelief(maps, doubting, tuple(kept), answers, flights)
+
+
+def _spread(maps: Bytes, number: int) -> Bytes:
+    return maps[np.linspace(0, len(maps) - 1, number).round().astype(np.int64)]

@@ -1,0 +1,128 @@
+"""What to ask next: the few cells of a way whose answer is expected to save most, and whether anything is worth asking at all."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from advise_ros.core.numerics import Floats, Ints
+from advise_ros.core.site.belief import SiteBelief
+from advise_ros.core.site.chain import answer_code
+from advise_ros.core.site.layout import Bytes, Layout
+from advise_ros.core.site.plan import highest, least_steps, lowest, plan, route
+from advise_ros.core.site.search import optimal_sets
+
+# Steps that an answer has to save to be worth a person's time.
+ENOUGH = 0.25
+# Pieces of ways have so many cells, or run to the next turn.
+PIECES = (2, 3, 4, 6)
+# Maps whose ways are cut into pieces, and pieces that are looked at closely.
+MAPS_FLOWN, MOST_CANDIDATES = 30, 400
+# What was asked before is worth a little less, and so is each further cell.
+ASKED_BEFORE, PER_CELL = 0.9, 1e-3
+# An expert's map forbids: what a marked cell costs him to enter.
+FORBIDDEN = 1001
+
+
+class SiteQuestion(NamedTuple):
+    """A question about states of one layer that lie on one way.
+
+    Attributes:
+        states: ascending.
+        worth: steps that the answer is expected to save.
+    """
+
+    states: tuple[int, ...]
+    worth: float
+
+
+def next_question(layout: Layout, belief: SiteBelief, rng: np.random.Generator) -> SiteQuestion | None:
+    """The question that is worth most; None when no answer would change what is believed.
+
+    Args:
+        layout: the site and the route.
+        belief: what is believed of it.
+        rng: of the choice of maps and candidates, where there are many.
+    """
+    asking = np.concatenate([belief.maps[::2], belief.doubting])
+    sets = optimal_sets(layout.moves, asking, layout.waypoints, FORBIDDEN)
+    differs = (sets != sets[0]).any(axis=0)
+    candidates = [one for one in _candidates(layout, belief, asking, sets, rng) if differs[list(one)].any()]
+    if len(candidates) > MOST_CANDIDATES:
+        candidates = [candidates[at] for at in np.sort(rng.choice(len(candidates), MOST_CANDIDATES, replace=False))]
+    worths = _worths(layout, asking, sets, candidates, {one.states for one in belief.answers})
+    if not len(worths) or worths.max() <= 0.0:
+        return None
+    at = int(worths.argmax())
+    return SiteQuestion(candidates[at], float(worths[at]))
+
+
+def _candidates(
+    layout: Layout, belief: SiteBelief, asking: Bytes, sets: Bytes, rng: np.random.Generator,
+) -> list[tuple[int, ...]]:
+    """Single states and straight pieces of ways that are believed possible, in order."""
+    rows = np.sort(np.unique(asking, axis=0, return_index=True)[1])
+    if len(rows) > MAPS_FLOWN:
+        rows = np.sort(rng.choice(rows, MAPS_FLOWN, replace=False))
+    ways = [plan(layout, belief.keep_out).greedy, *lowest(sets[rows]), *highest(sets[rows[:10]])]
+    pieces: dict[tuple[int, ...], None] = {}
+    for greedy in ways:
+        for run in _straight(layout, route(layout, greedy), greedy):
+            for size in {1, *PIECES, len(run)}:
+                pieces.update(dict.fromkeys(tuple(sorted(run[at : at + size])) for at in range(len(run) - size + 1)))
+    return sorted(pieces, key=lambda piece: (len(piece), piece))
+
+
+def _straight(layout: Layout, states: list[int], greedy: Ints) -> list[list[int]]:
+    """A way cut where it turns or a waypoint is reached."""
+    runs: list[list[int]] = []
+    for state in states:
+        last = runs[-1][-1] if runs else -1
+        if runs and greedy[state] == greedy[last] and state // layout.n_cells == last // layout.n_cells:
+            runs[-1].append(state)
+        else:
+            runs.append([state])
+    return runs
+
+
+def _worths(
+    layout: Layout, asking: Bytes, sets: Bytes, candidates: list[tuple[int, ...]], asked: set[tuple[int, ...]],
+) -> Floats:
+    """(m,) steps that the answer to each candidate is expected to save."""
+    if not candidates:
+        return np.zeros(0)
+    groups: dict[bytes, int] = {}
+    which = np.empty(len(candidates), dtype=np.int64)
+    partitions: list[Ints] = []
+    for at, piece in enumerate(candidates):
+        inverse = np.unique(_codes(sets, np.array(piece, dtype=np.int64)), return_inverse=True)[1].ravel()
+        which[at] = groups.setdefault(inverse.tobytes(), len(groups))
+        if which[at] == len(partitions):
+            partitions.append(inverse)
+    now = least_steps(layout, asking.mean(axis=0)[None])[0]
+    saved = now - np.array([_steps_after(layout, asking, partition) for partition in partitions])
+    sizes = np.array([len(piece) for piece in candidates])
+    again = np.array([ASKED_BEFORE if piece in asked else 1.0 for piece in candidates])
+    worths: Floats = saved[which] * again - PER_CELL * sizes
+    return worths
+
+
+def _steps_after(layout: Layout, asking: Bytes, partition: Ints) -> float:
+    """Expected cost of the route when it is known which part of the maps is the right one."""
+    parts = partition.max() + 1
+    if parts == 1:
+        return float(least_steps(layout, asking.mean(axis=0)[None])[0])
+    means = np.array([asking[partition == part].mean(axis=0) for part in range(parts)])
+    return float((np.bincount(partition) / len(partition)) @ least_steps(layout, means))
+
+
+@njit(cache=True)
+def _codes(sets: Bytes, states: Ints) -> Ints:
+    """(maps,) the answer under each map, as 16 * preferred + avoided."""
+    codes = np.empty(len(sets), np.int64)
+    for row in range(len(sets)):
+        preferred, avoided = answer_code(sets[row], states, 0, len(states))
+        codes[row] = 16 * preferred + avoided
+    return codes
