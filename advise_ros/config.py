@@ -180,15 +180,16 @@ class AdviseConfig:
         'is not explained by the reward (unexplained), or demonstrations disagree (disagreement); mixed: occupancy, then '
         'paper; gain: the clusters, finer ones and single states whose answer is expected to put most right, '
         'and as occupancy where moves are fewer than 5 a state; belief: as gain, and the most likely right action is imitated '
-        'instead of the most frequent one',
-        choices=('paper', 'occupancy', 'unexplained', 'mixed', 'disagreement', 'random', 'gain', 'belief'),
+        'instead of the most frequent one; site: what the map does not say is learnt, cells to keep out of on the way to all '
+        'waypoints, and asked is what saves most steps',
+        choices=('paper', 'occupancy', 'unexplained', 'mixed', 'disagreement', 'random', 'gain', 'belief', 'site'),
     )
     confirm: bool = param(
         True, 'ask once more after an answer that hardly any demonstration bears out; what is said most often holds',
     )
     enough: float = param(
         0.0, 'ask no more when the best question is worth less than this much disagreement a visit [nat^2]; with acquisition '
-        'gain: this share of the visits; 0: never',
+        'gain: this share of the visits; 0: never; with acquisition site: so many steps saved, and 0 means 0.25',
         low=0.0, high=100.0,
     )
     slip: float = param(0.0, 'probability that a move goes elsewhere in the transition model', low=0.0, high=0.9)

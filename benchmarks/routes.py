@@ -6,7 +6,8 @@ Prints Markdown: per cent of policies that reach all waypoints in order within t
 the person wants kept out of, after so many answers, with 95 % Wilson intervals; then the questions asked until nothing is
 worth asking, and seconds of processor time. Ways: `planner` (shortest way to the next waypoint), `cloning` (the most frequent
 action, elsewhere the shortest way to a state that was flown), `occupancy` (the paper's algorithm with the node's defaults),
-`site` (`core/site`). After an interruption the same command goes on.
+`site` (acquisition `site`: equation (1) with the believed actions), `site-plan` (the plan of the same belief). After an
+interruption the same command goes on.
 """
 
 from __future__ import annotations
@@ -22,7 +23,6 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.stats import binomtest
 
-from advise_ros.core.advice import Query
 from advise_ros.core.counts import count
 from advise_ros.core.demonstration import Demonstration
 from advise_ros.core.expert import SimulatedExpert
@@ -31,10 +31,8 @@ from advise_ros.core.mdp import successors
 from advise_ros.core.numerics import Bools, Ints
 from advise_ros.core.routes import optimal_table
 from advise_ros.core.session import Session
-from advise_ros.core.site.belief import SiteAnswer, believe, tell
 from advise_ros.core.site.layout import layout_of
 from advise_ros.core.site.plan import plan
-from advise_ros.core.site.questions import ENOUGH, next_question
 from advise_ros.experiments.sites import SIZES, Site, expert_of, flights_of, judge, pilot_of, random_site
 
 POINTS = (0, 1, 2, 3, 4, 6, 8, 10)
@@ -59,13 +57,14 @@ class Trial(NamedTuple):
     flights: tuple[Demonstration, ...]
     expert: SimulatedExpert
     rng: np.random.Generator
+    seed: int
 
 
 def trial_of(case: Case, seed: int) -> Trial:
     people, learner = np.random.default_rng([seed, 1]), np.random.default_rng([seed, 2])
     site = random_site(case.size, np.random.default_rng([seed, 0]), hidden=case.hidden)
     pilot = pilot_of(site, case.pilot, case.noise, 0.2, people)
-    return Trial(site, flights_of(site, pilot, case.flights), expert_of(site, case.errors, people), learner)
+    return Trial(site, flights_of(site, pilot, case.flights), expert_of(site, case.errors, people), learner, seed)
 
 
 def planner(trial: Trial) -> list[bool]:
@@ -92,35 +91,38 @@ def _toward(there: Ints, known: Bools) -> Ints:
 
 
 def occupancy(trial: Trial) -> list[bool]:
-    session = Session(trial.site.grid, LearnSettings(), -1)
+    return _interview(trial, 'occupancy')
+
+
+def site(trial: Trial) -> list[bool]:
+    return _interview(trial, 'site')
+
+
+def site_plan(trial: Trial) -> list[bool]:
+    """The plan of the belief, without equation (1), asked as `site` asks."""
+    return _interview(trial, 'site', fly_plan=True)
+
+
+def _interview(trial: Trial, acquisition: str, *, fly_plan: bool = False) -> list[bool]:
+    """Success after 0, 1, ... answers, until nothing is worth asking."""
+    layout = layout_of(trial.site.grid)
+    session = Session(trial.site.grid, LearnSettings(acquisition=acquisition, seed=trial.seed), -1)
     for flight in trial.flights:
         session.add(flight)
-    curve = []
+    curve: list[bool] = []
     while True:
         learnt = session.snapshot().run()
         session.adopt(learnt)
-        curve.append(judge(trial.site, learnt.greedy).success)
+        greedy = plan(layout, learnt.keep_out).greedy if fly_plan else learnt.greedy
+        curve.append(judge(trial.site, greedy).success)
         if session.query is None or len(curve) > MOST_ANSWERS:
             return curve
         session.tell(trial.expert.answer(session.query))
 
 
-def site(trial: Trial) -> list[bool]:
-    layout = layout_of(trial.site.grid)
-    belief = believe(layout, count(trial.site.grid, trial.flights).taken, (), trial.rng)
-    curve = [judge(trial.site, plan(layout, belief.keep_out).greedy).success]
-    while len(curve) <= MOST_ANSWERS:
-        question = next_question(layout, belief, trial.rng)
-        if question is None or question.worth < ENOUGH:
-            break
-        query = Query(1, 1, question.states, 0.0, 0.0, 0.0, (), (), (), -1, '')
-        answer = trial.expert.answer(query)
-        belief = tell(layout, belief, SiteAnswer(question.states, answer.preferred, answer.avoided), trial.rng)
-        curve.append(judge(trial.site, plan(layout, belief.keep_out).greedy).success)
-    return curve
-
-
-WAYS: dict[str, Callable[[Trial], list[bool]]] = {'planner': planner, 'cloning': cloning, 'occupancy': occupancy, 'site': site}
+WAYS: dict[str, Callable[[Trial], list[bool]]] = {
+    'planner': planner, 'cloning': cloning, 'occupancy': occupancy, 'site': site, 'site-plan': site_plan,
+}
 
 
 def run(case: Case, ways: list[str], seeds: range, out: Path) -> list[dict[str, Any]]:

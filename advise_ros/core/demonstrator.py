@@ -32,7 +32,7 @@ class Demonstrator:
         possible: (n, n_actions) the actions that wrong moves are drawn from; None: all that stay on the map.
     """
 
-    def __init__(  # noqa: PLR0913 - the parameters of a person
+    def __init__(
         self, grid: Grid, noise_rate: float, mistake_share: float, rng: np.random.Generator, *,
         right: Bools | None = None, possible: Bools | None = None,
     ) -> None:

@@ -23,6 +23,7 @@ from advise_ros.core.local_program import Solved, is_large
 from advise_ros.core.mdp import mdp_of, occurring
 from advise_ros.core.numerics import Floats, Ints
 from advise_ros.core.queries import Numbering, Situation, drawn, mixed, next_query
+from advise_ros.core.site.within_advise import SITE, belief_of, imitate
 from advise_ros.core.trust import agreed
 from advise_ros.core.uncertainty import uncertainty
 
@@ -56,6 +57,7 @@ class Learned:
         solver: who found it.
         digest: sha256 of grid, settings, demonstrations, advice, greedy actions, clusters and query states.
         solved: what previews of a large process start from; None where they are exact.
+        keep_out: (cells,) probability that the person wants the cell kept out of; None unless acquisition is `site`.
 
     All arrays are read-only.
     """
@@ -84,6 +86,7 @@ class Learned:
     solver: str
     digest: str
     solved: Solved | None
+    keep_out: Floats | None = None
 
     def __post_init__(self) -> None:
         for part in vars(self).values():
@@ -126,15 +129,16 @@ def learn(  # noqa: PLR0913 - evidence and numbering of a session
     mdp = mdp_of(grid, settings.slip, settings.gamma)
     demonstrated = counts.distribution(settings.laplace)
     advice = advice_in(log)
-    if settings.confirm and settings.slack_cost > 0:
+    if settings.confirms:
         advice = agreed(advice, counts.taken)
     asks = replace(settings, acquisition=in_effect(settings.acquisition, counts.visits[occurring(grid)]))
-    favourite, advice = imitated(asks.acquisition, counts, advice)
+    belief = belief_of(grid, counts, log, settings.seed) if settings.acquisition == SITE else None
+    favourite, advice = imitated(asks.acquisition, counts, advice) if belief is None else imitate(grid, belief, advice)
     inferred = infer(mdp, favourite, advice, settings, earlier)
     unsure = uncertainty(demonstrated, inferred.probabilities, settings.w_p)
     clusters = cluster_states(grid, counts, settings)
     clusters = split(grid, clusters, mixed(log), settings.seed, drawn(log))
-    situation = Situation(grid, asks, mdp, counts, demonstrated, inferred, unsure, clusters)
+    situation = Situation(grid, asks, mdp, counts, demonstrated, inferred, unsure, clusters, belief)
     asking = next_query(situation, log, Numbering(version, next_query_id, budget))
     return Learned(
         grid=grid,
@@ -160,6 +164,7 @@ def learn(  # noqa: PLR0913 - evidence and numbering of a session
         gap=inferred.solved.solution.gap,
         solver=inferred.solved.solution.solver,
         solved=inferred.solved if is_large(mdp) else None,
+        keep_out=None if belief is None else belief.keep_out,
         digest=digest(
             map_of(grid), asdict(settings), evidence(held, advice), _decisions(inferred, clusters, asking.query)
         ),

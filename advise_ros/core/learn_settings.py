@@ -34,6 +34,11 @@ class LearnSettings:
     seed: int = 0
 
     @property
+    def confirms(self) -> bool:
+        """Whether a doubtful answer is asked for again; a belief about the site weighs it by itself."""
+        return self.confirm and self.slack_cost > 0 and self.acquisition != 'site'
+
+    @property
     def terms(self) -> Terms:
         """The constants of the linear program."""
         return Terms(

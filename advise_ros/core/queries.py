@@ -19,6 +19,8 @@ from advise_ros.core.learn_settings import LearnSettings
 from advise_ros.core.mdp import Mdp, occupancy
 from advise_ros.core.numerics import Bools, Floats, Ints
 from advise_ros.core.question import Asked, question
+from advise_ros.core.site.belief import SiteBelief
+from advise_ros.core.site.within_advise import ask, enough_of
 from advise_ros.core.trust import agreed, support, unconfirmed
 from advise_ros.core.uncertainty import Uncertainty, sources
 
@@ -34,6 +36,7 @@ class Situation(NamedTuple):
     inferred: Inferred
     unsure: Uncertainty
     clusters: Ints
+    belief: SiteBelief | None = None
 
 
 class Numbering(NamedTuple):
@@ -51,7 +54,7 @@ class Asking(NamedTuple):
         query: the question, None when the budget is spent, no cluster is open or there is enough advice.
         doubt_left: what the open cluster is worth that is worth most: how much the demonstrations contradict one
             another where the policy goes, a visit [nat^2]; with the acquisitions 'gain' and 'belief' the share of the
-            policy's visits that the best question is expected to put right.
+            policy's visits that the best question is expected to put right; with `site` the steps that its answer saves.
         enough: it is worth less than the settings' `enough`.
     """
 
@@ -65,11 +68,12 @@ def next_query(situation: Situation, log: tuple[AdviceRecord, ...], numbering: N
     settings, prospect = situation.settings, _prospect(situation, log)
     if budget_left(log, numbering.budget) == 0:
         return Asking(None, prospect.left, False)
-    again = unconfirmed(log, situation.counts.taken) if settings.confirm and settings.slack_cost > 0 else None
+    again = unconfirmed(log, situation.counts.taken) if settings.confirms else None
     if again is not None:
         return Asking(_query(situation, np.array(again.states), log, numbering, again), prospect.left, False)
-    if prospect.states is None or prospect.left < settings.enough:
-        return Asking(None, prospect.left, prospect.states is not None)
+    enough = settings.enough if situation.belief is None else enough_of(settings.enough)
+    if prospect.states is None or prospect.left < enough:
+        return Asking(None, prospect.left, prospect.states is not None or situation.belief is not None)
     return Asking(_query(situation, prospect.states, log, numbering), prospect.left, False)
 
 
@@ -81,6 +85,9 @@ class _Prospect(NamedTuple):
 
 
 def _prospect(situation: Situation, log: tuple[AdviceRecord, ...]) -> _Prospect:
+    if situation.belief is not None:
+        question = ask(situation.grid, situation.belief, log, situation.settings.seed)
+        return _Prospect(None, 0.0) if question is None else _Prospect(np.array(question.states), question.worth)
     if situation.settings.acquisition in BY_WORTH:
         found = _worth(situation, log)
         return _Prospect(found.best(), found.most)
@@ -94,7 +101,7 @@ def _prospect(situation: Situation, log: tuple[AdviceRecord, ...]) -> _Prospect:
 def _worth(situation: Situation, log: tuple[AdviceRecord, ...]) -> Worth:
     """Of questions about clusters, finer ones and single states."""
     counts, held = situation.counts, advice_in(log)
-    if situation.settings.confirm and situation.settings.slack_cost > 0:
+    if situation.settings.confirms:
         held = agreed(held, counts.taken)
     partitions = [situation.clusters, *finer_clusters(situation.grid, counts, situation.settings)]
     favourite, advice = imitated(situation.settings.acquisition, counts, held)

@@ -38,18 +38,22 @@ class SiteQuestion(NamedTuple):
     worth: float
 
 
-def next_question(layout: Layout, belief: SiteBelief, rng: np.random.Generator) -> SiteQuestion | None:
+def next_question(
+    layout: Layout, belief: SiteBelief, rng: np.random.Generator, unwanted: frozenset[tuple[int, ...]] = frozenset(),
+) -> SiteQuestion | None:
     """The question that is worth most; None when no answer would change what is believed.
 
     Args:
         layout: the site and the route.
         belief: what is believed of it.
         rng: of the choice of maps and candidates, where there are many.
+        unwanted: states of questions that the person does not want to hear again.
     """
     asking = np.concatenate([belief.maps[::2], belief.doubting])
     sets = optimal_sets(layout.moves, asking, layout.waypoints, FORBIDDEN)
     differs = (sets != sets[0]).any(axis=0)
-    candidates = [one for one in _candidates(layout, belief, asking, sets, rng) if differs[list(one)].any()]
+    pieces = _candidates(layout, belief, asking, sets, rng)
+    candidates = [one for one in pieces if one not in unwanted and differs[list(one)].any()]
     if len(candidates) > MOST_CANDIDATES:
         candidates = [candidates[at] for at in np.sort(rng.choice(len(candidates), MOST_CANDIDATES, replace=False))]
     worths = _worths(layout, asking, sets, candidates, {one.states for one in belief.answers})

@@ -1,0 +1,86 @@
+"""The belief about a site as part of algorithm 1: which actions are imitated, and what is asked next.
+
+PARSEDEM takes the believed action of every state, flown or not, for a*; STATECLUSTERING and SELECTQUERY are the pieces of
+ways of `questions` and what their answers are expected to save; equation (1) and the advice stay as they are.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import lru_cache
+
+import numpy as np
+
+from advise_ros.core.advice import AdviceRecord, Verdict, active
+from advise_ros.core.counts import Counts
+from advise_ros.core.grid import Grid
+from advise_ros.core.imitation import Imitated
+from advise_ros.core.numerics import Ints
+from advise_ros.core.site.belief import SiteAnswer, SiteBelief, believe, tell
+from advise_ros.core.site.layout import layout_of
+from advise_ros.core.site.plan import plan
+from advise_ros.core.site.questions import ENOUGH, SiteQuestion, next_question
+
+# The acquisition that learns and asks so.
+SITE = 'site'
+
+
+def belief_of(grid: Grid, counts: Counts, log: tuple[AdviceRecord, ...], seed: int) -> SiteBelief:
+    """What flights and the answers that hold say of the site; a function of these alone.
+
+    Args:
+        grid: the site and the route.
+        counts: what was flown.
+        log: the advice log.
+        seed: of every random choice.
+    """
+    return _remembered(grid, counts.taken.astype(np.int64).tobytes(), _answers(log), seed)
+
+
+@lru_cache(maxsize=16)
+def _remembered(grid: Grid, taken: bytes, answers: tuple[SiteAnswer, ...], seed: int) -> SiteBelief:
+    """One more answer costs one more drawing of maps, not all of them again."""
+    layout, rng = layout_of(grid), np.random.default_rng([seed, len(answers)])
+    if not answers:
+        return believe(layout, np.frombuffer(taken, dtype=np.int64).reshape(-1, 4), (), rng)
+    return tell(layout, _remembered(grid, taken, answers[:-1], seed), answers[-1], rng)
+
+
+def _answers(log: tuple[AdviceRecord, ...]) -> tuple[SiteAnswer, ...]:
+    """Those that name directions, and those that say of one state that all are right."""
+    return tuple(
+        SiteAnswer(record.states, record.preferred, record.avoided)
+        for record in active(log)
+        if record.verdict is Verdict.ANSWER or (record.verdict is Verdict.MIXED and len(record.states) == 1)
+    )
+
+
+def imitate(grid: Grid, belief: SiteBelief, held: tuple[AdviceRecord, ...]) -> Imitated:
+    """The believed action of every state, and the advice where the belief bears it out.
+
+    An answer that all else speaks against is outvoted in the belief already; a row of the program would bring it back.
+    """
+    layout = layout_of(grid)
+    way = plan(layout, belief.keep_out)
+    favourite = np.where((layout.acting > 0) & (way.best > 0), way.greedy, -1)
+    kept = (_borne_out(record, favourite) for record in held)
+    return Imitated(favourite, tuple(record for record in kept if record.states))
+
+
+def _borne_out(record: AdviceRecord, favourite: Ints) -> AdviceRecord:
+    return replace(record, states=tuple(state for state in record.states if favourite[state] in record.preferred))
+
+
+def ask(grid: Grid, belief: SiteBelief, log: tuple[AdviceRecord, ...], seed: int) -> SiteQuestion | None:
+    """The question that is worth most, but for those that the person did not want to answer."""
+    unwanted = frozenset(
+        record.states for record in active(log)
+        if record.verdict in (Verdict.SKIP, Verdict.UNSURE) or (record.verdict is Verdict.MIXED and len(record.states) > 1)
+    )
+    rng = np.random.default_rng([seed, len(log), 1])
+    return next_question(layout_of(grid), belief, rng, unwanted)
+
+
+def enough_of(setting: float) -> float:
+    """Steps that an answer has to save, from the parameter `enough`; 0 there means ENOUGH."""
+    return setting if setting > 0.0 else ENOUGH
