@@ -34,8 +34,9 @@ class AdviseNode(Node):
     Listens to `demonstration`; one without moves takes the earlier one with its id back (`recorder/discard`), and
     the policy is learnt anew without it. Publishes `advise/policy`, `advise/query` (query id 0: nothing left to ask),
     `advise/status`, `advise/advice_log`, and for RViz `advise/uncertainty` (per cell the highest U_s of its
-    layers, 100 = ln 4 nat), `advise/reward` (per cell the mean, 0 = -r_max, 50 = zero, 100 = +r_max) and
-    `advise/markers`; all latched.
+    layers, 100 = ln 4 nat), `advise/reward` (per cell the mean, 0 = -r_max, 50 = zero, 100 = +r_max),
+    `advise/markers` and, with acquisition `site`, `advise/site_map` (per cell the probability in % that the person
+    wants it kept out of); all latched.
 
     Services: `advise/answer`, `advise/preview` (what an answer would change; commits nothing),
     `advise/undo` (takes the last answer back) and `advise/retract` (takes one earlier answer back).

@@ -23,6 +23,7 @@ class LearnerTopics:
         self._log = node.create_publisher(Advice, 'advise/advice_log', qos.ADVICE_LOG)
         self._uncertainty = node.create_publisher(OccupancyGrid, 'advise/uncertainty', qos.latched())
         self._reward = node.create_publisher(OccupancyGrid, 'advise/reward', qos.latched())
+        self._site_map = node.create_publisher(OccupancyGrid, 'advise/site_map', qos.latched())
         self._markers = node.create_publisher(MarkerArray, 'advise/markers', qos.latched())
         self._demonstrations = node.create_publisher(Demonstration, 'demonstration', qos.DEMONSTRATIONS)
 
@@ -39,6 +40,8 @@ class LearnerTopics:
             self._query.publish(convert_advice.query_to_msg(learned.query, learned.grid, stamp_ns))
         self._uncertainty.publish(maps.uncertainty_map(learned, stamp_ns))
         self._reward.publish(maps.reward_map(learned, stamp_ns))
+        if learned.keep_out is not None:
+            self._site_map.publish(maps.site_map(learned.grid, learned.keep_out, stamp_ns))
         self._markers.publish(markers.question_markers(learned, learned.query, stamp_ns))
 
     def advice(self, record: AdviceRecord, stamp_ns: int) -> None:

@@ -1,4 +1,4 @@
-"""The learner's uncertainty and reward as nav_msgs/OccupancyGrid, for RViz and the like.
+"""The learner's uncertainty, reward and site as nav_msgs/OccupancyGrid, for RViz and the like.
 
 A map has one number a cell, the learner one a state: the layers (one a waypoint) of a cell are folded.
 Blocked cells are -1.
@@ -30,6 +30,11 @@ def reward_map(learned: Learned, stamp_ns: int) -> OccupancyGrid:
     """Reward, the mean of a cell's layers: 0 is -r_max, 50 is zero, 100 is +r_max."""
     mean = _by_layer(learned.grid, learned.reward).mean(axis=0)
     return _map(learned.grid, (mean / learned.settings.r_max + 1.0) / 2.0, stamp_ns)
+
+
+def site_map(grid: Grid, keep_out: npt.NDArray[np.float64], stamp_ns: int) -> OccupancyGrid:
+    """Probability (cells,) that the person wants the cell kept out of: 0 to 100 %."""
+    return _map(grid, keep_out, stamp_ns)
 
 
 def _by_layer(grid: Grid, values: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
