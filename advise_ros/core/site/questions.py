@@ -10,7 +10,7 @@ from numba import njit
 from advise_ros.core.numerics import Floats, Ints
 from advise_ros.core.site.belief import SiteBelief
 from advise_ros.core.site.chain import answer_code
-from advise_ros.core.site.layout import Bytes, Layout
+from advise_ros.core.site.layout import Bytes, Int32s, Layout
 from advise_ros.core.site.plan import highest, least_steps, lowest, plan, route
 from advise_ros.core.site.search import optimal_sets
 
@@ -101,7 +101,7 @@ def _worths(
     which = np.empty(len(candidates), dtype=np.int64)
     partitions: list[Ints] = []
     for at, piece in enumerate(candidates):
-        inverse = np.unique(_codes(sets, np.array(piece, dtype=np.int64)), return_inverse=True)[1].ravel()
+        inverse = np.unique(_codes(sets, np.array(piece, dtype=np.int32)), return_inverse=True)[1].ravel()
         which[at] = groups.setdefault(inverse.tobytes(), len(groups))
         if which[at] == len(partitions):
             partitions.append(inverse)
@@ -123,7 +123,7 @@ def _steps_after(layout: Layout, asking: Bytes, partition: Ints) -> float:
 
 
 @njit(cache=True)
-def _codes(sets: Bytes, states: Ints) -> Ints:
+def _codes(sets: Bytes, states: Int32s) -> Ints:
     """(maps,) the answer under each map, as 16 * preferred + avoided."""
     codes = np.empty(len(sets), np.int64)
     for row in range(len(sets)):

@@ -81,7 +81,7 @@ def distances_to(moves: Int32s, price: Ints, goal: int, distance: Ints, heap: In
     """
     distance[:] = FAR
     distance[goal] = 0
-    size = push(heap, 0, np.int64(0), goal)
+    size = push(heap, 0, 0, goal)
     while size:
         entry = pop(heap, size)
         size -= 1
