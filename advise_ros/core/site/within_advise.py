@@ -84,3 +84,11 @@ def ask(grid: Grid, belief: SiteBelief, log: tuple[AdviceRecord, ...], seed: int
 def enough_of(setting: float) -> float:
     """Steps that an answer has to save, from the parameter `enough`; 0 there means ENOUGH."""
     return setting if setting > 0.0 else ENOUGH
+
+
+def compile_loops(grid: Grid) -> None:
+    """Use every compiled loop once, on any small grid, so that its machine code is kept on disk."""
+    counts = Counts(np.ones((grid.n_states, 4), dtype=np.int64))
+    belief = belief_of(grid, counts, (), 0)
+    ask(grid, belief, (), 0)
+    imitate(grid, tell(layout_of(grid), belief, SiteAnswer((0,), (0,), (2,)), np.random.default_rng(0)), ())
