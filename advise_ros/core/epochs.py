@@ -20,8 +20,9 @@ from advise_ros.core.samples import (
 from advise_ros.core.timeline import STEP_NS, Piece, Stamps, Timeline
 from advise_ros.core.tracker import NS
 
-# An event stamped further ahead of the positions that arrived with it is of another clock: it holds from them on.
-EVENT_AHEAD_NS = STEP_NS
+# An event stamped further ahead of the positions that arrived with it is of another clock: it holds from them on. Less may
+# be positions that wait in the queue of a recorder on a busy machine.
+EVENT_AHEAD_NS = 10 * NS
 
 EventT = TypeVar('EventT', VehicleEvent, PolicyEvent)
 
