@@ -22,7 +22,7 @@ from advise_ros.core.tracker import NS
 
 # An event stamped further ahead of the positions that arrived with it is of another clock: it holds from them on. Less may
 # be positions that wait in the queue of a recorder on a busy machine.
-EVENT_AHEAD_NS = 10 * NS
+EVENT_AHEAD_NS = 60 * NS
 
 EventT = TypeVar('EventT', VehicleEvent, PolicyEvent)
 
