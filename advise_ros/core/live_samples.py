@@ -62,7 +62,7 @@ class LiveSamples:
         """
         self._waiting.append((stamp_ns, position_enu_m))
         before, found = self._timeline.epoch, []
-        for piece in self._timeline.take(np.array([stamp_ns], dtype=np.int64)):
+        for piece in self._timeline.take_one(stamp_ns):
             count = piece.end - self._released
             samples, self._waiting, self._released = self._waiting[:count], self._waiting[count:], piece.end
             if not piece.sound:

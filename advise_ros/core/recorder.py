@@ -92,6 +92,8 @@ class Recorder:
             if is_new_epoch:
                 self._new_epoch()
             self._samples.add(samples)
+            if len(samples) == 1 and self._bands.is_same(samples[0][0], samples[0][1][2]):
+                continue
             stamps_ns = np.array([stamp for stamp, _ in samples], dtype=np.int64)
             for event in self._bands.take(stamps_ns, np.array([position[2] for _, position in samples])):
                 self._samples.happens(event)

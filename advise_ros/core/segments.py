@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from bisect import bisect_right
 from enum import IntEnum
 from typing import NamedTuple
 
@@ -70,13 +72,23 @@ class Bands:
     """The changes of altitude band along positions, given in blocks of any size."""
 
     def __init__(self, grid: Grid, altitude_tolerance_m: float) -> None:
-        self._edges_m = np.array([landed_altitude_m(grid), flown_altitude_m(grid, altitude_tolerance_m)])
+        self._edges = [landed_altitude_m(grid), flown_altitude_m(grid, altitude_tolerance_m)]
+        self._edges_m = np.array(self._edges)
         self._band: int | None = None
         self._newest_ns = 0
 
     def restart(self) -> None:
         """The clock was set back."""
         self._newest_ns = 0
+
+    def is_same(self, stamp_ns: int, altitude_m: float) -> bool:
+        """Whether one position changes nothing; then it need not be taken."""
+        if stamp_ns <= self._newest_ns or not math.isfinite(altitude_m):
+            return True
+        if self._band is None or bisect_right(self._edges, altitude_m) != self._band:
+            return False
+        self._newest_ns = stamp_ns
+        return True
 
     def take(self, stamps_ns: npt.NDArray[np.int64], altitudes_m: npt.NDArray[np.float64]) -> list[BandEvent]:
         """From positions in order of arrival; those that are late, unstamped or no numbers say nothing."""

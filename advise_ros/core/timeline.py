@@ -80,6 +80,14 @@ class Timeline:
         self._last_ns = int(stamps[-1])
         return pieces
 
+    def take_one(self, stamp_ns: int) -> list[Piece]:
+        """As `take` of one stamp; at once where it follows the one before and nothing is held back."""
+        if self.holds or stamp_ns <= 0 or not self._last_ns or abs(stamp_ns - self._last_ns) > STEP_NS:
+            return self.take(np.array([stamp_ns], dtype=np.int64))
+        row = self._count
+        self._count, self._last_ns, self.newest_ns = row + 1, stamp_ns, max(self.newest_ns, stamp_ns)
+        return [Piece(row, row + 1, self.epoch, sound=True, known_at=row + 1)]
+
     def finish(self) -> list[Piece]:
         """No more samples come: what is held back, decided by what there is."""
         held = self._held
