@@ -135,7 +135,7 @@ def test_when_the_stream_stops_offboard_is_left_after_a_second_and_comes_back_by
 
 
 def test_the_last_velocity_is_flown_until_offboard_is_left():
-    companion = Px4Companion().lift()
+    companion = Px4Companion(drift_m_s=0.0).lift()
     companion.run(4.0, *NORTH)
     north = companion.ned[0]
     companion.run(0.9)
@@ -143,7 +143,7 @@ def test_the_last_velocity_is_flown_until_offboard_is_left():
 
 
 def test_a_mode_that_somebody_commanded_is_kept_under_a_running_stream():
-    companion = Px4Companion().lift()
+    companion = Px4Companion(drift_m_s=0.0).lift()
     assert companion.ask_mode(LOITER_MODE) == ACCEPTED
     companion.run(5.0, *NORTH)
     assert companion.mode is Px4Mode.LOITER
@@ -163,7 +163,7 @@ def test_two_hertz_keep_it_alive(rate_hz, stays):
 
 # -- setpoints -------------------------------------------------------------------------------
 def test_one_metre_a_second_asked_gives_less():
-    companion = Px4Companion().lift()
+    companion = Px4Companion(drift_m_s=0.0).lift()
     companion.run(6.0, *NORTH)
     assert companion.vehicle.state.velocity_enu_m_s[1] == pytest.approx(0.81, abs=0.05)
 
@@ -187,7 +187,7 @@ def test_all_nan_is_rejected_in_words_and_is_no_proof_of_life():
 
 
 def test_one_nan_brakes_and_infinity_changes_nothing():
-    companion = Px4Companion().lift()
+    companion = Px4Companion(drift_m_s=0.0).lift()
     companion.run(3.0, *NORTH)
     companion.run(0.8, INF, 0.0, 0.0)
     assert companion.speed > 0.6
