@@ -112,10 +112,6 @@ class ArduPilot(Machine):
                 if self._task.in_own_mode:
                     self._task.give_up(self._ownership.why)
 
-    def lose_link(self) -> None:
-        super().lose_link()
-        self._targets.begin_anew()
-
     def _claim(self) -> None:
         super()._claim()
         self._targets.begin_anew(TAKEN_S if self._task.goal_is(Goal.TAKE_OVER) else 0.0)

@@ -2,7 +2,7 @@
 
 It reports its target in POSITION_TARGET_LOCAL_NED: our velocity to 1e-6, 60 ms after it came, or what somebody
 else sent since. On the way our setpoints may be lost, late or overtaken, so a target counts as ours if it is
-any that we sent lately, or a slower one that the autopilot made of ours: it stands when they cease (GUID_TIMEOUT)
+any that we sent before, or a slower one that the autopilot made of ours: it stands when they cease (GUID_TIMEOUT)
 and brakes before its own fence.
 """
 
@@ -15,8 +15,11 @@ from typing import NamedTuple
 from advise_ros.mavlink.frames import Vector
 from advise_ros.mavlink.messages import Message
 
-# Setpoints are remembered for longer than a link may delay them there and their echo back.
-REMEMBERED_S = 30.0
+# Velocities are remembered for longer than a link may delay them there and their echo back: half a minute of ever
+# new ones at 50 Hz. By number, not by age: what was sent before a link was lost is followed until the link is back.
+REMEMBERED = 1500
+# A report older than the newest by more than this is no late one: the autopilot has started anew.
+OVERTAKEN_MS = 30_000
 # Equal: within this, metres a second, and this share of the speed.
 SAME_M_S, SAME_SHARE = 1e-3, 1e-4
 # So many foreign velocities within so long are no chance; a place or an acceleration, which we never send, is enough once.
@@ -54,7 +57,7 @@ class SetpointWatch:
         """
         self.foreign = ''
         self._patience_s = patience_s
-        self._sent: deque[Sent] = deque()
+        self._sent: deque[Sent] = deque(maxlen=REMEMBERED)
         self._first_s = math.inf
         self._seen_sent_s: float | None = None
         self._place_seen = self._place_left = False
@@ -73,12 +76,10 @@ class SetpointWatch:
             self._sent[-1] = self._sent[-1]._replace(last_s=now_s)
         else:
             self._sent.append(Sent(velocity_ned_m_s, now_s, now_s))
-        while self._sent[0].last_s < now_s - REMEMBERED_S and len(self._sent) > 1:
-            self._sent.popleft()
 
     def report(self, target: Message, now_s: float) -> None:
         """The autopilot says what it follows (POSITION_TARGET_LOCAL_NED); reports that were overtaken are no news."""
-        if 0 <= self._newest_ms - int(target.time_boot_ms) < REMEMBERED_S * 1000:
+        if 0 <= self._newest_ms - int(target.time_boot_ms) < OVERTAKEN_MS:
             return
         self._newest_ms = int(target.time_boot_ms)
         velocity = float(target.vx), float(target.vy), float(target.vz)

@@ -155,6 +155,27 @@ class Steered(Flight):
             self.copter.receive(setpoint)
 
 
+class Distant(Steered):
+    """Over a link that takes 50 to 150 ms each way and overtakes, and cuts what is under way."""
+
+    def __init__(self, copter: ScriptedCopter, seed: int) -> None:
+        super().__init__(copter, heartbeat_timeout_s=1.0)
+        self.up, self.down = (Wire(rng, delay_s=0.05, jitter_s=0.1) for rng in np.random.default_rng(seed).spawn(2))
+
+    def tick(self) -> None:
+        self.now_s += DT_S
+        self.up.cut = self.down.cut = self.cut
+        for message in self.companion.step(self.now_s):
+            self.up.put(message, self.now_s)
+        setpoint = self.companion.setpoint(self.velocity, 0.0, self.now_s)
+        if setpoint is not None:
+            self.up.put(setpoint, self.now_s)
+        answers = [answer for message in self.up.due(self.now_s) for answer in self.copter.receive(message)]
+        for message in answers + self.copter.step(DT_S):
+            self.down.put(message, self.now_s)
+        self.deliver(self.down.due(self.now_s))
+
+
 def _other(flight: Flight, north_m_s: float) -> None:
     flight.copter.follow(mav.velocity_setpoint((1, 1), 0, (0.0, north_m_s, 0.0), 0.0))
 
@@ -175,6 +196,42 @@ def test_who_sends_setpoints_beside_us_has_the_vehicle_within_half_a_second() ->
     before = len(flight.copter.setpoints)
     flight.run(5.0)
     assert len(flight.copter.setpoints) == before
+
+
+@pytest.mark.parametrize('away_s', [0.5, 1.6, 2.0, 2.5, 3.2, 10.0, 60.0])
+def test_what_we_sent_before_the_link_was_lost_is_still_ours_when_it_is_back(away_s: float) -> None:
+    """The vehicle follows the last velocity that arrived, until GUID_TIMEOUT; we have long asked for others."""
+    flight = Distant(ScriptedCopter(), seed=4)
+    flight.fly()
+    for leg in range(5):
+        flight.velocity = (1.0, 0.3 * leg, 0.0)
+        flight.run(2.0)
+        flight.cut = True
+        flight.velocity = (0.0, 0.0, 0.0)
+        flight.run(away_s)
+        flight.cut = False
+        flight.velocity = (-1.0, 0.0, 0.1)
+        flight.until(lambda: flight.status.commandable, 5.0)
+        flight.run(2.0)
+        assert (flight.status.owner, flight.status.commandable) == ('ours', True), flight.status.waiting_for
+
+
+def test_somebody_elses_setpoints_show_after_a_loss_of_the_link_too() -> None:
+    flight = Distant(ScriptedCopter(), seed=5)
+    flight.fly()
+    flight.velocity = (1.0, 0.0, 0.0)
+    flight.run(2.0)
+    flight.cut = True
+    flight.run(5.0)
+    for _ in range(20):
+        _other(flight, -1.0)
+        flight.tick()
+    flight.cut = False
+    for _ in range(round(2.0 / DT_S)):
+        _other(flight, -1.0)
+        flight.tick()
+        _other(flight, -1.0)
+    assert flight.status.owner == 'others'
 
 
 def test_what_somebody_steers_is_not_taken_over() -> None:
