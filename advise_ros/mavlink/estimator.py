@@ -108,14 +108,17 @@ class Estimator:
         self._in_air = message.landed_state in (mav.IN_AIR, mav.TAKING_OFF, mav.LANDING)
 
     def _on_ardupilot(self, message: Message, at_s: float) -> None:
-        self._judge_flags(message.flags & ARDUPILOT_NEEDS == ARDUPILOT_NEEDS, message.flags, ARDUPILOT_GLITCH, at_s)
+        has_position = message.flags & ARDUPILOT_NEEDS == ARDUPILOT_NEEDS and not message.flags & STANDS_STILL
+        self._judge_flags(has_position, message.flags, ARDUPILOT_GLITCH, at_s)
         self._judge_ratios(at_s, {
             'velocity': message.velocity_variance, 'horizontal position': message.pos_horiz_variance,
             'height': message.pos_vert_variance, 'compass': message.compass_variance,
         })
 
     def _on_px4(self, message: Message, at_s: float) -> None:
-        has_position = message.flags & PX4_NEEDS == PX4_NEEDS and message.flags & PX4_POSITIONS != 0
+        # On the ground PX4 says that it stands still whenever it does; in the air it holds a place that it makes up.
+        made_up = self._in_air and message.flags & STANDS_STILL
+        has_position = message.flags & PX4_NEEDS == PX4_NEEDS and message.flags & PX4_POSITIONS != 0 and not made_up
         self._judge_flags(has_position, message.flags, PX4_GLITCH, at_s)
         self._judge_ratios(at_s, {
             'velocity': message.vel_ratio, 'horizontal position': message.pos_horiz_ratio,
@@ -123,8 +126,7 @@ class Estimator:
         })
 
     def _judge_flags(self, has_position: bool, flags: int, glitch: int, at_s: float) -> None:
-        fixed = bool(flags & STANDS_STILL) or not has_position
-        self._judge('flags', f'the estimator has no position (flags {flags:#x})' if fixed else '', at_s, 1)
+        self._judge('flags', '' if has_position else f'the estimator has no position (flags {flags:#x})', at_s, 1)
         self._judge('glitch', f'the estimator takes the GPS for faulty (flags {flags:#x})' if flags & glitch else '', at_s, 1)
 
     def _judge_ratios(self, at_s: float, ratios: dict[str, float]) -> None:

@@ -20,14 +20,14 @@ class Flight(NamedTuple):
         statuses: from its beginning to its end, in order.
         commands: stamped after the last pose before it, up to the last pose of it.
         cut_off: its policy node or the recording ended in the middle of it.
-        node_from_ns: its policy node was started after this time of the logger's clock; 0: not known.
+        node_begun_ns: its policy node began about this time of the logger's clock; 0: not known.
         lacks: which messages the bag lacks to rebuild it, in one sentence; '' when it can be rebuilt.
     """
 
     statuses: tuple[Recorded, ...]
     commands: tuple[Recorded, ...]
     cut_off: bool = False
-    node_from_ns: int = 0
+    node_begun_ns: int = 0
     lacks: str = ''
 
 
@@ -36,7 +36,7 @@ def flights_of(session: RecordedSession) -> tuple[list[Flight], int]:
     commands = session.on('cmd_vel')
     all_statuses = session.on('policy/status')
     flights = [
-        _flight(session, statuses, commands, _node_from_ns(all_statuses, statuses[0])) for statuses in _by_flight(all_statuses)
+        _flight(session, statuses, commands, _node_begun_ns(all_statuses, statuses[0])) for statuses in _by_flight(all_statuses)
     ]
     return flights, len(commands) - sum(len(flight.commands) for flight in flights)
 
@@ -65,27 +65,27 @@ def _number(status: Recorded) -> int:
     return int(getattr(status.value, 'flight_id', 0))
 
 
-def _node_from_ns(statuses: tuple[Recorded, ...], first: Recorded) -> int:
-    """When the node of a flight had not begun yet: it is idle at first, and counts its flights from 1."""
-    from_ns = 0
+def _node_begun_ns(statuses: tuple[Recorded, ...], first: Recorded) -> int:
+    """When the node of a flight began: it is idle at first, and counts its flights from 1."""
+    begun_ns = 0
     for earlier, later in pairwise(statuses[: statuses.index(first) + 1]):
         begins = later.value.phase in UNDER_WAY and not (earlier.value.phase in UNDER_WAY and _goes_on(earlier, later))
         if later.value.phase == Phase.IDLE:
-            from_ns = later.message.log_time_ns
+            begun_ns = later.message.log_time_ns
         elif _number(later) < _number(earlier) or (begins and _number(later) == _number(earlier)):
-            from_ns = earlier.message.log_time_ns
-    return from_ns
+            begun_ns = earlier.message.log_time_ns
+    return begun_ns
 
 
 def _flight(
-    session: RecordedSession, statuses: tuple[Recorded, ...], commands: tuple[Recorded, ...], node_from_ns: int,
+    session: RecordedSession, statuses: tuple[Recorded, ...], commands: tuple[Recorded, ...], node_begun_ns: int,
 ) -> Flight:
     first_ns, last_ns = statuses[0].stamp_ns, statuses[-1].stamp_ns
     cut_off = statuses[-1].value.phase in UNDER_WAY
     mine = tuple(one for one in commands if first_ns < one.stamp_ns and (cut_off or one.stamp_ns <= last_ns))
     if cut_off:
         mine = _until_silence(mine, statuses[-1])
-    return Flight(statuses, mine, cut_off, node_from_ns, _lacks(session, statuses, mine))
+    return Flight(statuses, mine, cut_off, node_begun_ns, _lacks(session, statuses, mine))
 
 
 def _until_silence(commands: tuple[Recorded, ...], last: Recorded) -> tuple[Recorded, ...]:

@@ -149,8 +149,10 @@ class RecordedSession:
         started = self.parameters.get(f'{self.namespace}/recorder')
         return f'{self.namespace}/{started[-1].values.get("pose_source", "pose") if started else "pose"}'
 
-    def config(self, config_class: type[ConfigT], node: str, from_ns: int | None = None) -> ConfigT:
-        """The parameters of a node that was started after a time by the logger's clock; None: of the last one.
+    def config(self, config_class: type[ConfigT], node: str, begun_ns: int | None = None) -> ConfigT:
+        """The parameters of the node of this name that began about a time by the logger's clock; None: of the last one.
+
+        The logger reads them soon after, or, as a node publishes late, soon before its first message.
 
         Raises:
             LogError: the bag does not hold them, or they are not those of this version.
@@ -161,10 +163,9 @@ class RecordedSession:
                 f'{self.bag.path} does not hold the parameters of {self.namespace}/{node}; '
                 'start the logger before that node ends and record again'
             )
-        later = [one for one in started if from_ns is not None and one.read_at_ns >= from_ns]
-        values = (later or started[-1:])[0].values
+        chosen = started[-1] if begun_ns is None else min(started, key=lambda one: abs(one.read_at_ns - begun_ns))
         try:
-            return _config(config_class, {**values, **self.overrides.get(node, {})})
+            return _config(config_class, {**chosen.values, **self.overrides.get(node, {})})
         except InputError as problem:
             raise LogError(f'{self.bag.path}, parameters of {self.namespace}/{node}: {problem}') from problem
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Callable
 from typing import Any
 
@@ -15,6 +14,7 @@ from rclpy.task import Future
 
 # A request may go to a node that was killed and is still discovered: after this many refreshes it is sent again.
 PATIENCE = 6
+PARAMETER_EVENTS = '/parameter_events'
 
 OnParameters = Callable[[str, dict[str, Any]], None]
 
@@ -22,7 +22,8 @@ OnParameters = Callable[[str, dict[str, Any]], None]
 class ParameterWatch:
     """Asks each node once for all its parameters; one that was started again is asked again.
 
-    A node that was killed stays in the graph for a while: then its name is there twice, and a question to it is lost.
+    A node is told from another of the same name by its publisher of parameter events, which rclpy and rclcpp give
+    every node: who was killed stays in the graph for a while, and who is started again may come before it is gone.
 
     Call `refresh` now and then; answers arrive through the executor.
     """
@@ -31,30 +32,34 @@ class ParameterWatch:
         self._node = node
         self._on_parameters = on_parameters
         self._clients: dict[str, tuple[Client, Client]] = {}
-        self._asked: set[str] = set()
-        self._present: Counter[str] = Counter()
+        # Nodes that were asked, by name: the identities of their publishers.
+        self._asked: dict[str, set[bytes]] = {}
         self._unanswered: dict[str, int] = {}
 
     def refresh(self) -> None:
-        present = Counter(
-            f'{namespace.rstrip("/")}/{name}'
-            for name, namespace in self._node.get_node_names_and_namespaces()
-            if not name.startswith('_')
-        )
-        gone = (self._asked | set(self._clients)) - set(present)
-        for name in gone | set(present - self._present) | self._not_answering():
+        present = self._present()
+        gone = (set(self._asked) | set(self._clients)) - set(present)
+        anew = {name for name, asked in self._asked.items() if present.get(name, set()) - asked}
+        for name in gone | anew | self._not_answering():
             self._forget(name)
-            self._asked.discard(name)
-        self._present = present
-        for name in set(present) - self._asked:
-            self._ask_when_ready(name)
+            self._asked.pop(name, None)
+        for name in set(present) - set(self._asked):
+            self._ask_when_ready(name, present[name])
+
+    def _present(self) -> dict[str, set[bytes]]:
+        found: dict[str, set[bytes]] = {}
+        for publisher in self._node.get_publishers_info_by_topic(PARAMETER_EVENTS):
+            if not publisher.node_name.startswith('_'):
+                name = f'{publisher.node_namespace.rstrip("/")}/{publisher.node_name}'
+                found.setdefault(name, set()).add(bytes(publisher.endpoint_gid))
+        return found
 
     def _not_answering(self) -> set[str]:
         """Nodes that were asked a while ago."""
         self._unanswered = {name: refreshes + 1 for name, refreshes in self._unanswered.items()}
         return {name for name, refreshes in self._unanswered.items() if refreshes > PATIENCE}
 
-    def _ask_when_ready(self, name: str) -> None:
+    def _ask_when_ready(self, name: str, identities: set[bytes]) -> None:
         if name not in self._clients:
             self._clients[name] = (
                 self._node.create_client(ListParameters, f'{name}/list_parameters'),
@@ -62,7 +67,7 @@ class ParameterWatch:
             )
         lister, getter = self._clients[name]
         if lister.service_is_ready() and getter.service_is_ready():
-            self._asked.add(name)
+            self._asked[name] = identities
             self._unanswered[name] = 0
             lister.call_async(ListParameters.Request()).add_done_callback(
                 lambda future: self._listed(name, future)

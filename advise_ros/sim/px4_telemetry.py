@@ -15,17 +15,18 @@ from advise_ros.mavlink.current_mode import CurrentMode
 from advise_ros.sim import telemetry, truth
 from advise_ros.sim.geography import ned
 from advise_ros.sim.px4_vehicle import Px4Vehicle
-from advise_ros.sim.satellites import PX4_ALL_WELL
+from advise_ros.sim.satellites import PX4_ALL_WELL, PX4_STANDS_STILL
 
 Message = Any
 
 
 def estimator_status(vehicle: Px4Vehicle) -> Message:
-    """How well the filter is."""
+    """How well the filter is; on the ground it stands still, and says so."""
     filter_ = vehicle.estimator
+    flags = filter_.flags | (0 if vehicle.airborne else PX4_STANDS_STILL)
     off_m = 0.25 if filter_.flags == PX4_ALL_WELL else 10.0
     return mavlink.MAVLink_estimator_status_message(
-        vehicle.now_ns // 1000, filter_.flags, 0.05, 0.05, 0.05, 0.02, 0.0, 0.0, off_m, 0.5,
+        vehicle.now_ns // 1000, flags, 0.05, 0.05, 0.05, 0.02, 0.0, 0.0, off_m, 0.5,
     )
 
 

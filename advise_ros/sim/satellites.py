@@ -125,8 +125,8 @@ class ArduPilotFilter:
             self.flags, self.lands, self.has_position, self._blind_s = ALL_WELL, False, True, 0.0
 
 
-# ESTIMATOR_STATUS.flags of PX4.
-PX4_ALL_WELL, PX4_NO_POSITION = 0x37F, 0x365
+# ESTIMATOR_STATUS.flags of PX4; the last one is added on the ground.
+PX4_ALL_WELL, PX4_NO_POSITION, PX4_STANDS_STILL = 0x37F, 0x365, 0x080
 PX4_FALLS_BACK_S, PX4_COMES_BACK_S, PX4_FAILSAFE_ENDS_S = 5.2, 1.0, 1.7
 SLIDES_M, SLIDES_S = 6.0, 0.5
 PX4_BLIND_M_S2, PX4_BLIND_SPEED_M_S = (0.15, 0.35), 2.0

@@ -37,7 +37,7 @@ def test_a_late_logger_and_a_policy_that_was_killed_in_flight(graph: Graph, free
     flying = (FlightStatus.TO_START, FlightStatus.FLYING)
     graph.wait_for(topic, FlightStatus, lambda m: m.phase in flying and m.flight_id == 1, qos.latched(), PATIENCE_S)
     drone.policy.kill()
-    drone.on_grid('policy', speed_m_s=2.0)
+    drone.on_grid('policy', speed_m_s=1.5)
     graph.wait_for(topic, FlightStatus, lambda m: m.phase == FlightStatus.IDLE, qos.latched(), PATIENCE_S, new=True)
     graph.result(accepted_by_the_new_one(graph), timeout_s=PATIENCE_S)
     drone.call('land')

@@ -117,6 +117,19 @@ def test_a_session_is_recorded_whole(graph: Graph, tmp_path: Path) -> None:
     assert offered['/pose'].reliability is QosReliability.BEST_EFFORT
 
 
+def test_a_node_that_is_started_again_before_the_old_one_is_gone_gives_its_parameters_too(graph: Graph, tmp_path: Path) -> None:
+    old = graph.start('guard', {'fence': 'off', 'max_speed_m_s': 1.0})
+    logger = start(graph, tmp_path / 'bag')
+    file = tmp_path / 'bag' / 'bag_0.mcap'
+    graph.wait_until(lambda: file.read_bytes().count(b'parameters /guard') == 1)
+    old.kill()
+    graph.start('guard', {'fence': 'off', 'max_speed_m_s': 2.0})
+    graph.wait_until(lambda: file.read_bytes().count(b'parameters /guard') == 2)
+    assert stop(logger) == 0
+    told = [record.values for record in Bag(tmp_path / 'bag', ANY).records if record.name == 'parameters /guard']
+    assert [json.loads(values['max_speed_m_s']) for values in told] == [1.0, 2.0]
+
+
 def test_topics_by_pattern_that_appear_later(graph: Graph, tmp_path: Path) -> None:
     """In the logger's namespace; what does not match and types that are not installed stay out."""
     logger = start(graph, tmp_path / 'bag', params={'topics': 'words/*, /elsewhere'}, namespace='/drone')

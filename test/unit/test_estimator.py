@@ -78,6 +78,14 @@ def test_each_bad_report_is_a_doubt_with_its_name_for_as_long_as_it_lasts(good: 
     assert heard.run(FACT_S + 0.5) == '', 'who says nothing any more has no doubt'
 
 
+def test_px4_stands_still_on_the_ground_and_makes_up_a_place_in_the_air() -> None:
+    heard = Heard()
+    heard.estimator.take(dialect.MAVLink_extended_sys_state_message(0, 1), heard.now_s)
+    assert heard.run(5.0, px4_status(flags=0x3FF)) == ''
+    heard.estimator.take(dialect.MAVLink_extended_sys_state_message(0, 2), heard.now_s)
+    assert heard.run(1.0, px4_status(flags=0x3FF)) == 'the estimator has no position (flags 0x3ff)'
+
+
 def test_a_single_spike_of_a_ratio_is_no_doubt() -> None:
     heard = Heard()
     heard.run(2.0, ekf())

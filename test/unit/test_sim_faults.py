@@ -128,6 +128,14 @@ def blind(seconds: float = 14.0, drift_m_s: float = 0.0, seed: int = 0) -> Px4Co
     return companion
 
 
+def test_px4_says_that_it_stands_still_on_the_ground_and_no_longer_in_the_air():
+    companion = Px4Companion()
+    companion.run(5.0)
+    assert report(companion, ESTIMATOR_STATUS).flags == 0x3FF
+    companion.lift()
+    assert report(companion, ESTIMATOR_STATUS).flags == 0x37F
+
+
 def test_px4_without_satellites_lands_after_five_seconds():
     companion = blind(5.0)
     assert report(companion, GPS).fix_type < 3
