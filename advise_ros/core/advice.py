@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import IntEnum
+from typing import NamedTuple
 
 
 class Verdict(IntEnum):
@@ -118,3 +119,15 @@ def active(log: tuple[AdviceRecord, ...]) -> tuple[AdviceRecord, ...]:
     """The records that hold: neither retractions nor what they took back, in order."""
     retracted = {record.advice_id for record in log if record.retracted}
     return tuple(record for record in log if record.advice_id not in retracted)
+
+
+class Preference(NamedTuple):
+    """What the advice says about one state, all answers together.
+
+    Attributes:
+        preferred: ascending actions.
+        pairs: ascending (preferred, avoided) actions.
+    """
+
+    preferred: tuple[int, ...]
+    pairs: tuple[tuple[int, int], ...]

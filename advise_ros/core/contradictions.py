@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from itertools import combinations
 
-from advise_ros.core.advice import AdviceRecord, Verdict, active
-from advise_ros.core.program import Preference
+from advise_ros.core.advice import AdviceRecord, Preference, Verdict, active
 
 Opposition = Callable[[AdviceRecord, AdviceRecord], bool]
 

@@ -15,9 +15,9 @@ from typing import NamedTuple
 import numpy as np
 
 from advise_ros.core.advice import AdviceRecord
+from advise_ros.core.answer_beliefs import BELIEF, BY_WORTH, heard
 from advise_ros.core.belief import log_beliefs, mistakes_shown, shares
 from advise_ros.core.counts import Counts
-from advise_ros.core.gain import BELIEF, BY_WORTH, heard
 from advise_ros.core.numerics import Bools, Floats, Ints
 from advise_ros.core.trust import narrowed
 

@@ -34,6 +34,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy import sparse
 
+from advise_ros.core.advice import Preference
 from advise_ros.core.errors import AdviseError, InputError
 from advise_ros.core.mdp import Mdp
 from advise_ros.core.numerics import Floats, Ints
@@ -66,18 +67,6 @@ class Terms(NamedTuple):
     def strict(self) -> bool:
         """Whether advice must hold, at any price."""
         return self.slack_cost == 0
-
-
-class Preference(NamedTuple):
-    """What the advice says about one state, all answers together.
-
-    Attributes:
-        preferred: ascending actions.
-        pairs: ascending (preferred, avoided) actions.
-    """
-
-    preferred: tuple[int, ...]
-    pairs: tuple[tuple[int, int], ...]
 
 
 class Evidence(NamedTuple):

@@ -8,10 +8,11 @@ import numpy as np
 
 from advise_ros.core.acquisition import Ranking, cluster_uncertainty, doubt, select, unexplained
 from advise_ros.core.advice import AdviceRecord, Query, Verdict, active
+from advise_ros.core.answer_beliefs import BY_WORTH
 from advise_ros.core.clusters import finer_clusters
 from advise_ros.core.contradictions import advice_in
 from advise_ros.core.counts import Counts
-from advise_ros.core.gain import BY_WORTH, Known, Worth, worth
+from advise_ros.core.gain import Known, Worth, worth
 from advise_ros.core.grid import Grid
 from advise_ros.core.imitation import imitated
 from advise_ros.core.infer import Inferred

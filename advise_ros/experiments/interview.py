@@ -10,8 +10,9 @@ import numpy as np
 
 from advise_ros.core.acquisition import Ranking, cluster_uncertainty, doubt, select, unexplained
 from advise_ros.core.advice import AdviceRecord, Verdict
+from advise_ros.core.answer_beliefs import BELIEF, BY_WORTH
 from advise_ros.core.contradictions import advice_in, preferences
-from advise_ros.core.gain import BELIEF, BY_WORTH, Known, Worth, in_effect, worth
+from advise_ros.core.gain import Known, Worth, in_effect, worth
 from advise_ros.core.imitation import imitated
 from advise_ros.core.mdp import boltzmann, greedy, occupancy
 from advise_ros.core.numerics import Bools, Floats, Ints

@@ -7,10 +7,11 @@ from typing import NamedTuple
 import numpy as np
 
 from advise_ros.core.acquisition import Ranking, select, unexplained
+from advise_ros.core.advice import Preference
 from advise_ros.core.counts import Counts
 from advise_ros.core.mdp import boltzmann, occupancy, plan
 from advise_ros.core.numerics import Bools, Floats, Ints, is_best
-from advise_ros.core.program import Evidence, Preference, Solution, pose
+from advise_ros.core.program import Evidence, Solution, pose
 from advise_ros.core.uncertainty import sources, uncertainty
 from advise_ros.domains.domain import Domain, split_ties
 from advise_ros.domains.people import Advice

@@ -9,9 +9,9 @@ from zlib import crc32
 
 import numpy as np
 
+from advise_ros.core.advice import Preference
 from advise_ros.core.counts import Counts
 from advise_ros.core.numerics import Ints
-from advise_ros.core.program import Preference
 from advise_ros.domains.domain import Domain
 from advise_ros.domains.people import advise, demonstrate
 from advise_ros.experiments.clusterings import Clustering, quality

@@ -64,9 +64,10 @@ class Logger(Node):
         self._opened: set[str] = set()
         self._simulated = bool(self.get_parameter('use_sim_time').value)
         self._simulated_ns = 0
+        made_on = platform.describe()  # Takes a while: nothing may wait to be taken meanwhile.
         self._incoming = self._subscribe()
         self._writer = self._open_bag()
-        self._writer.add_record(PLATFORM_RECORD, platform.describe())
+        self._writer.add_record(PLATFORM_RECORD, made_on)
         self._parameter_watch = ParameterWatch(self, self._on_parameters)
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(min(TAKE_PERIOD_S, self.config.flush_s / 4), self._take, clock=steady)

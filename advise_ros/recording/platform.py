@@ -9,6 +9,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 import advise_ros
+from advise_ros.recording import source_digest
 
 NUMERIC_PACKAGES = ('numpy', 'scipy', 'highspy', 'scikit-learn', 'cvxpy', 'piqp', 'qdldl', 'clarabel')
 CORE = Path(__file__).parents[1] / 'core'
@@ -18,7 +19,7 @@ CPU_INFO = Path('/proc/cpuinfo')
 def describe() -> dict[str, str]:
     """Name -> text: advise_ros, core, python, system, machine, cpu and the numeric packages ('' when missing).
 
-    `core` is a digest of its source: between two releases the version alone does not tell what was run.
+    `core` is a digest of its code without comments: between two releases the version alone does not tell what was run.
     """
     return dict(_described())
 
@@ -27,21 +28,13 @@ def describe() -> dict[str, str]:
 def _described() -> dict[str, str]:
     return {
         'advise_ros': advise_ros.__version__,
-        'core': _digest(CORE),
+        'core': source_digest.of_directory(CORE),
         'python': platform.python_version(),
         'system': platform.system(),
         'machine': platform.machine(),
         'cpu': _cpu_model(),
         **{name: _version(name) for name in NUMERIC_PACKAGES},
     }
-
-
-@cache
-def _digest(directory: Path) -> str:
-    found = hashlib.sha256()
-    for file in sorted(directory.rglob('*.py')):
-        found.update(file.name.encode() + b'\0' + file.read_bytes())
-    return found.hexdigest()[:16]
 
 
 def _version(package: str) -> str:

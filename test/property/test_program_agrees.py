@@ -12,8 +12,9 @@ from hypothesis import given, settings
 from scipy import sparse
 
 from advise_ros.core import reference
+from advise_ros.core.advice import Preference
 from advise_ros.core.mdp import Mdp
-from advise_ros.core.program import Evidence, InfeasibleError, Preference, Problem, Solution, Terms, pose
+from advise_ros.core.program import Evidence, InfeasibleError, Problem, Solution, Terms, pose
 from advise_ros.core.solve import SOLVERS, solve
 
 RELATIVE = 1e-6

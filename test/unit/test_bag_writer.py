@@ -23,7 +23,7 @@ from ruamel.yaml import YAML
 
 from advise_msgs.msg import LearnerStatus
 from advise_ros.core.errors import InputError
-from advise_ros.recording import platform
+from advise_ros.recording import platform, source_digest
 from advise_ros.recording.definitions import definition
 from advise_ros.recording.messages import Bag, Codec
 from advise_ros.recording.recover import Salvage
@@ -221,6 +221,19 @@ def test_our_messages_bring_all_that_they_are_made_of() -> None:
 def test_an_unknown_type_is_one_sentence() -> None:
     with pytest.raises(InputError, match="'foo_msgs/msg/Bar' is not installed"):
         definition('foo_msgs/msg/Bar')
+
+
+def test_comments_and_docstrings_do_not_change_the_digest_and_code_does(tmp_path: Path) -> None:
+    bare = 'def f(a):\n    return f"{a} # 1"\n'
+    documented = '"""A module."""\n\n# Why.\ndef f(a):\n    """Say.\n\n    More.\n    """\n    return f"{a} # 1"  # Because.\n'
+    told = {source: digest_of(tmp_path, source) for source in (bare, documented, bare.replace('1', '2'), 'x = """A."""\n')}
+    assert told[bare] == told[documented]
+    assert len(set(told.values())) == 3
+
+
+def digest_of(folder: Path, source: str) -> str:
+    (folder / 'module.py').write_text(source)
+    return source_digest.of_directory(folder)
 
 
 def test_the_platform_names_what_decides_floats() -> None:

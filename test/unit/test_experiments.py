@@ -11,7 +11,8 @@ import pytest
 from distributed import LocalCluster
 
 from advise_ros.commands import experiments
-from advise_ros.core.program import Evidence, Preference, pose
+from advise_ros.core.advice import Preference
+from advise_ros.core.program import Evidence, pose
 from advise_ros.core.solve import solve
 from advise_ros.domains import find
 from advise_ros.domains.domain import Measure

@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 from advise_ros.core.advice import AdviceRecord, Verdict
+from advise_ros.core.answer_beliefs import common, heard
 from advise_ros.core.belief import log_beliefs, shares
 from advise_ros.core.counts import Counts
-from advise_ros.core.gain import MOVES, Known, common, heard, in_effect, worth
+from advise_ros.core.gain import MOVES, Known, in_effect, worth
 from advise_ros.core.learn import LearnSettings, learn
 from advise_ros.core.numerics import Ints
 from advise_ros.core.session import Session

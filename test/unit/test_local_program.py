@@ -8,12 +8,13 @@ import numpy as np
 import pytest
 
 from advise_ros.core import local_program
+from advise_ros.core.advice import Preference
 from advise_ros.core.grid import Grid
 from advise_ros.core.local_program import Solved, changed, near
 from advise_ros.core.mdp import mdp_of
 from advise_ros.core.numerics import Ints
 from advise_ros.core.packaged import Ended
-from advise_ros.core.program import EXACT, Evidence, Preference, Problem, Terms, pose
+from advise_ros.core.program import EXACT, Evidence, Problem, Terms, pose
 from advise_ros.core.routes import optimal_table
 from advise_ros.core.session import Work
 from advise_ros.core.solve import solve

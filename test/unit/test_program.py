@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from advise_ros.core import highs, reference
+from advise_ros.core.advice import Preference
 from advise_ros.core.mdp import Mdp, mdp_of
-from advise_ros.core.program import Evidence, InfeasibleError, Preference, Problem, Solution, Terms, pose
+from advise_ros.core.program import Evidence, InfeasibleError, Problem, Solution, Terms, pose
 from support.learning import CORRIDOR, EAST, NORTH, SOUTH, WEST
 
 Solver = Callable[[Problem], Solution]

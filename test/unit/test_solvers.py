@@ -10,12 +10,13 @@ from scipy import sparse
 
 from advise_ros.core import elimination, factors, highs, packaged
 from advise_ros.core import solve as solvers
+from advise_ros.core.advice import Preference
 from advise_ros.core.certificate import certified
 from advise_ros.core.contradictions import preferences
 from advise_ros.core.errors import AdviseError, InputError
 from advise_ros.core.grid import Grid
 from advise_ros.core.mdp import Mdp, Transitions, from_transitions, mdp_of
-from advise_ros.core.program import Duals, Evidence, Preference, Problem, Solution, Terms, favourites, pose
+from advise_ros.core.program import Duals, Evidence, Problem, Solution, Terms, favourites, pose
 from advise_ros.core.routes import optimal_table
 from advise_ros.core.solve import SOLVERS, order, solve
 from support.learning import record
