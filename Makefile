@@ -26,7 +26,7 @@ test: chromium setup  ## every test; JUnit results in log/test.xml
 	@exec ./advise python -m pytest -n 2 --dist loadfile --reruns 2 -rR --junitxml=log/test.xml $(ARGS)
 
 test-console: chromium setup  ## the tests of the person's page, in a real browser
-	@exec ./advise python -m pytest -n 2 --dist loadfile test/e2e/test_console*.py test/unit/test_console*.py $(ARGS)
+	@exec ./advise python -m pytest -n 2 --dist loadfile test/e2e/test_console*.py test/unit/console $(ARGS)
 
 test-bare:  ## make demo on minimal Debian 12 and 13 systems with what the README names: root, debootstrap, 8 GB, half an hour
 	@exec python3 tools/test_bare.py $(ARGS)

@@ -12,10 +12,10 @@ from collections.abc import Mapping
 from dataclasses import MISSING, Field, dataclass, field, fields
 from typing import Any, TypeVar
 
-from advise_ros.core.discretise import DiscretiseSettings
+from advise_ros.core.demonstrations.discretise import DiscretiseSettings
 from advise_ros.core.errors import InputError
-from advise_ros.core.seeking import SeekSettings
-from advise_ros.core.start import START_REACH_M
+from advise_ros.core.flight.start import START_REACH_M
+from advise_ros.core.flight.velocity_law import SeekSettings
 
 ConfigT = TypeVar('ConfigT')
 Scalar = bool | int | float | str

@@ -6,7 +6,7 @@ from dataclasses import fields, replace
 from typing import Any
 
 from advise_ros.config import AdviseConfig
-from advise_ros.core.learn import LearnSettings
+from advise_ros.core.learning.learner import LearnSettings
 
 # The learner as printed (Odom & Natarajan 2016); config/paper.yaml says what each is.
 PAPER: dict[str, Any] = {

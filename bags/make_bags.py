@@ -21,8 +21,8 @@ from rclpy.serialization import serialize_message
 from rosbags.interfaces import Qos, QosDurability, QosHistory, QosLiveliness, QosReliability, QosTime
 
 from advise_msgs.msg import VehicleStatus
+from advise_ros.core.demonstrations.samples import Recording
 from advise_ros.core.errors import LogError
-from advise_ros.core.samples import Recording
 from advise_ros.recording.definitions import definition
 from advise_ros.recording.tlog import Scan, frames_of, read_tlog
 from advise_ros.recording.writer import BagWriter

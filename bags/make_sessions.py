@@ -30,11 +30,11 @@ ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / 'test'))
 
 from advise_ros.config import AdviseConfig  # noqa: E402
-from advise_ros.core.advice import Answer, Verdict  # noqa: E402
-from advise_ros.core.expert import SimulatedExpert  # noqa: E402
-from advise_ros.core.flights import demonstrations_of  # noqa: E402
-from advise_ros.core.samples import Recording  # noqa: E402
-from advise_ros.core.session import Session  # noqa: E402
+from advise_ros.core.advice.advice import Answer, Verdict  # noqa: E402
+from advise_ros.core.demonstrations.recorded_flights import demonstrations_of  # noqa: E402
+from advise_ros.core.demonstrations.samples import Recording  # noqa: E402
+from advise_ros.core.learning.session import Session  # noqa: E402
+from advise_ros.core.people.simulated_expert import SimulatedExpert  # noqa: E402
 from advise_ros.recording.definitions import definition  # noqa: E402
 from advise_ros.recording.gridfile import load_grid  # noqa: E402
 from advise_ros.recording.storage import open_source  # noqa: E402

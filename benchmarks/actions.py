@@ -21,16 +21,16 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from advise_ros.core.demonstration import Demonstration, EndReason
-from advise_ros.core.demonstrator import Demonstrator
-from advise_ros.core.discretise import DiscretiseSettings, discretise
-from advise_ros.core.grid import ACTION_STEP, Action, Grid
-from advise_ros.core.keys import Key, Stick
-from advise_ros.core.mover import Pose
-from advise_ros.core.pilot_flight import PilotFlight
-from advise_ros.core.samples import NO_COMMANDS, CommandSamples, PoseSamples, Recording
-from advise_ros.core.seeking import SeekSettings
-from advise_ros.core.tracker import CellTracker
+from advise_ros.core.demonstrations.demonstration import Demonstration, EndReason
+from advise_ros.core.demonstrations.discretise import DiscretiseSettings, discretise
+from advise_ros.core.demonstrations.samples import NO_COMMANDS, CommandSamples, PoseSamples, Recording
+from advise_ros.core.flight.keyboard import Key, Stick
+from advise_ros.core.flight.leg_follower import Pose
+from advise_ros.core.flight.pilot_flight import PilotFlight
+from advise_ros.core.flight.velocity_law import SeekSettings
+from advise_ros.core.grid.cell_tracker import CellTracker
+from advise_ros.core.grid.grid import ACTION_STEP, Action, Grid
+from advise_ros.core.people.simulated_pilot import Demonstrator
 
 GRID = Grid(2.0, 6, 6, (-1.0, -1.0), 5.0, waypoints=(5, 35, 30, 0))
 SETTINGS = DiscretiseSettings()

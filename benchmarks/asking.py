@@ -21,15 +21,15 @@ from pathlib import Path
 import numpy as np
 from scipy.stats import binomtest, t
 
-from advise_ros.core import gain
-from advise_ros.core.counts import count
-from advise_ros.core.demonstration import Demonstration
-from advise_ros.core.demonstrator import Demonstrator, demonstrate
-from advise_ros.core.grid import Grid
-from advise_ros.core.mdp import occurring, successors
+from advise_ros.core.demonstrations.action_counts import count
+from advise_ros.core.demonstrations.demonstration import Demonstration
+from advise_ros.core.grid.grid import Grid
 from advise_ros.core.numerics import Bools
-from advise_ros.core.routes import optimal_table
-from advise_ros.core.trial import TrialSettings, follow
+from advise_ros.core.people.simulated_pilot import Demonstrator, demonstrate
+from advise_ros.core.people.trial import TrialSettings, follow
+from advise_ros.core.planning.process import occurring, successors
+from advise_ros.core.planning.routes import optimal_table
+from advise_ros.core.questions import expected_corrections
 from advise_ros.recording.gridfile import load_grid
 
 FOUR = load_grid(Path(__file__).parent.parent / 'config/grid_6x6.yaml')
@@ -158,7 +158,7 @@ def main() -> None:
     parser.add_argument('--seed', type=int, default=50_000, help='of the first trial; the others follow')
     parser.add_argument('--out', type=Path, default=Path('out/asking.jsonl'), help='JSON lines, one a trial')
     options = parser.parse_args()
-    gain.MOVES = 0.0  # Beliefs decide, however little they rest on: that is the question.
+    expected_corrections.MOVES = 0.0  # Beliefs decide, however little they rest on: that is the question.
     rows = run(options.trials, options.seed, options.out)
     show_rates(rows)
     show_moves(rows)

@@ -34,8 +34,8 @@ from rich.console import Console
 from rich.table import Table
 
 from advise_msgs import msg
-from advise_ros.core.demonstration import Audit, Demonstration, EndReason
-from advise_ros.core.grid import Action, Grid, optimal_actions
+from advise_ros.core.demonstrations.demonstration import Audit, Demonstration, EndReason
+from advise_ros.core.grid.grid import Action, Grid, optimal_actions
 from advise_ros.demo.options import free_udp_port
 from advise_ros.demo.supervisor import Supervisor
 from advise_ros.ros import convert, qos

@@ -25,7 +25,7 @@ from rich.console import Console
 from rich.table import Table
 
 from advise_msgs.msg import LearnerStatus
-from advise_ros.core.trial import fly
+from advise_ros.core.people.trial import fly
 from advise_ros.demo.graph import DemoGraph
 from advise_ros.demo.options import DemoOptions, share
 from advise_ros.demo.supervisor import Supervisor

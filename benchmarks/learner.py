@@ -44,13 +44,13 @@ Row = dict[str, Any]
 def solver_of(name: str) -> Callable[[Any], Any]:
     """The function that solves a problem, imported as it would be where nothing else is measured."""
     if 'cvxpy' in name:
-        from advise_ros.core.reference import Form, solve  # noqa: PLC0415 - imports count
+        from advise_ros.core.irl.solvers.cvxpy_reference import Form, solve  # noqa: PLC0415 - imports count
 
         form = Form(name.startswith('dense'), name.split('+')[1].upper())
         return lambda problem: solve(problem, form)
-    from advise_ros.core import solve as solvers  # noqa: PLC0415
+    from advise_ros.core.irl.solvers import choose  # noqa: PLC0415
 
-    return lambda problem: solvers.solve(problem, solvers.AUTO if name == DEFAULT else name)
+    return lambda problem: choose.solve(problem, choose.AUTO if name == DEFAULT else name)
 
 
 def timed(action: Callable[[], Any], times: int = 1) -> tuple[float, Any]:
@@ -101,7 +101,7 @@ def after_an_answer(case: Case, solve: Callable[[Any], Any], earlier: Any, first
 
 def preview(case: Case, earlier: Any) -> Row:
     """Seconds and gap of looking ahead at the answer from the solution before it, the first time and again."""
-    from advise_ros.core.local_program import Solved, is_large, near  # noqa: PLC0415
+    from advise_ros.core.irl.solvers.local_preview import Solved, is_large, near  # noqa: PLC0415
 
     if not is_large(case.mdp):
         return {}
@@ -113,10 +113,10 @@ def preview(case: Case, earlier: Any) -> Row:
 
 def parts(case: Case, solution: Any) -> Row:
     """Seconds of all else that a policy takes."""
-    from advise_ros.core.clusters import cluster_states  # noqa: PLC0415 - their imports are no part of the program's memory
-    from advise_ros.core.counts import Counts  # noqa: PLC0415
-    from advise_ros.core.learn_settings import LearnSettings  # noqa: PLC0415
-    from advise_ros.core.mdp import boltzmann, plan  # noqa: PLC0415
+    from advise_ros.core.demonstrations.action_counts import Counts  # noqa: PLC0415
+    from advise_ros.core.irl.settings import LearnSettings  # noqa: PLC0415
+    from advise_ros.core.planning.process import boltzmann, plan  # noqa: PLC0415
+    from advise_ros.core.questions.grid_clusters import cluster_states  # noqa: PLC0415 - their imports are no part of the program's memory
 
     planning, planned = timed(lambda: plan(case.mdp, solution.reward, solution.value), repeats(case))
     policy, _ = timed(lambda: boltzmann(planned.q, 0.1), repeats(case))

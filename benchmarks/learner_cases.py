@@ -6,14 +6,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from advise_ros.core.advice import AdviceRecord, Verdict
-from advise_ros.core.contradictions import preferences
-from advise_ros.core.expert import SimulatedExpert
-from advise_ros.core.grid import N_ACTIONS, Grid
-from advise_ros.core.mdp import Mdp, mdp_of, occurring, terminal
+from advise_ros.core.advice.advice import AdviceRecord, Verdict
+from advise_ros.core.advice.contradictions import preferences
+from advise_ros.core.grid.grid import N_ACTIONS, Grid
+from advise_ros.core.irl.program import Evidence, Problem, Terms, pose
 from advise_ros.core.numerics import Ints
-from advise_ros.core.program import Evidence, Problem, Terms, pose
-from advise_ros.core.routes import optimal_table
+from advise_ros.core.people.simulated_expert import SimulatedExpert
+from advise_ros.core.planning.process import Mdp, mdp_of, occurring, terminal
+from advise_ros.core.planning.routes import optimal_table
 
 SLIP, GAMMA = 0.1, 0.95
 # Shares of states that are demonstrated, and among those demonstrated wrongly, advised, and walls where there are any.

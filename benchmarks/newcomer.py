@@ -21,9 +21,9 @@ from playwright.sync_api import Page, sync_playwright
 from rich.console import Console
 from rich.table import Table
 
-from advise_ros.core.expert import SimulatedExpert
-from advise_ros.core.grid import Grid
-from advise_ros.core.trial import fly
+from advise_ros.core.grid.grid import Grid
+from advise_ros.core.people.simulated_expert import SimulatedExpert
+from advise_ros.core.people.trial import fly
 from advise_ros.demo.graph import DemoGraph
 from advise_ros.demo.options import DemoOptions, share
 from advise_ros.demo.supervisor import Supervisor

@@ -25,9 +25,9 @@ from mcap.records import Chunk
 from mcap.stream_reader import StreamReader
 from rosbags.highlevel import AnyReader
 
-from advise_ros.core.discretise import DiscretiseSettings
-from advise_ros.core.flights import demonstrations_of
-from advise_ros.core.grid import Grid
+from advise_ros.core.demonstrations.discretise import DiscretiseSettings
+from advise_ros.core.demonstrations.recorded_flights import demonstrations_of
+from advise_ros.core.grid.grid import Grid
 from advise_ros.recording.bags import read_bag
 from advise_ros.recording.definitions import definition
 from advise_ros.recording.gridfile import load_grid

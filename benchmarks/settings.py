@@ -18,11 +18,11 @@ import numpy as np
 from scipy.stats import binomtest
 
 from advise_ros.config import AdviseConfig, ExpertConfig
-from advise_ros.core.demonstration import Demonstration
-from advise_ros.core.discretise import DiscretiseSettings
-from advise_ros.core.flights import demonstrations_of
-from advise_ros.core.grid import Grid
-from advise_ros.core.trial import TrialSettings, follow, run_trial
+from advise_ros.core.demonstrations.demonstration import Demonstration
+from advise_ros.core.demonstrations.discretise import DiscretiseSettings
+from advise_ros.core.demonstrations.recorded_flights import demonstrations_of
+from advise_ros.core.grid.grid import Grid
+from advise_ros.core.people.trial import TrialSettings, follow, run_trial
 from advise_ros.demo.options import node_config
 from advise_ros.recording.gridfile import load_grid
 from advise_ros.recording.sources import read_recording

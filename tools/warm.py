@@ -17,7 +17,7 @@ for name in (*names, *TOOLS):
     with contextlib.suppress(Exception):  # What cannot be imported is told by whoever needs it.
         importlib.import_module(name)
 
-from advise_ros.core.grid import Grid  # noqa: E402 - after all others, whose order the environment may depend on
+from advise_ros.core.grid.grid import Grid  # noqa: E402 - after all others, whose order the environment may depend on
 from advise_ros.core.site import within_advise  # noqa: E402
 
 within_advise.compile_loops(Grid(1.0, 3, 3, (0.0, 0.0), 5.0, (2, 6)))

@@ -14,9 +14,9 @@ from std_srvs.srv import Trigger
 from advise_msgs.msg import LearnerStatus
 from advise_msgs.srv import AnswerQuery, PreviewAnswer, RetractAdvice
 from advise_ros.commands.question_text import log_text, question_text
-from advise_ros.core.advice import Answer, Verdict
+from advise_ros.core.advice.advice import Answer, Verdict
 from advise_ros.core.errors import AdviseError, InputError
-from advise_ros.core.grid import Action
+from advise_ros.core.grid.grid import Action
 from advise_ros.exits import INTERRUPTED, OK, VERDICT_NO, fail
 from advise_ros.ros import arguments, convert, convert_advice
 from advise_ros.ros.graph_client import GraphClient, GraphTimeoutError

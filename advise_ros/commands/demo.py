@@ -10,7 +10,7 @@ from pathlib import Path
 
 from advise_ros.config import AdviseConfig, LoggerConfig
 from advise_ros.core.errors import AdviseError, InputError
-from advise_ros.core.learn import learn
+from advise_ros.core.learning.learner import learn
 from advise_ros.demo.console import DemoConsole
 from advise_ros.demo.graph import refuse_a_second_graph
 from advise_ros.demo.options import DemoOptions, check_parameters, node_config, share

@@ -16,12 +16,12 @@ from rich.table import Table
 
 from advise_ros import config
 from advise_ros.config import RecorderConfig
-from advise_ros.core import flights
-from advise_ros.core.demonstration import Audit, Demonstration
-from advise_ros.core.discretise import DiscretiseSettings
+from advise_ros.core.demonstrations import recorded_flights
+from advise_ros.core.demonstrations.demonstration import Audit, Demonstration
+from advise_ros.core.demonstrations.discretise import DiscretiseSettings
 from advise_ros.core.errors import AdviseError, LogError
-from advise_ros.core.grid import Grid
-from advise_ros.core.tracker import check_hysteresis
+from advise_ros.core.grid.cell_tracker import check_hysteresis
+from advise_ros.core.grid.grid import Grid
 from advise_ros.exits import INTERRUPTED, OK, USAGE, fail
 from advise_ros.recording.bags import DEFAULT_TOPICS, BagTopics
 from advise_ros.recording.dataset import Dataset, save_dataset
@@ -163,7 +163,7 @@ def _discretise_all(options: argparse.Namespace, grid: Grid, settings: Discretis
     for one in _harvested(options, paths, task):
         first = len(outcome.demonstrations) + 1
         outcome.demonstrations.extend(
-            replace(demonstration, demonstration_id=flights.name(first + index))
+            replace(demonstration, demonstration_id=recorded_flights.name(first + index))
             for index, demonstration in enumerate(one.demonstrations)
         )
         outcome.remarks.extend(one.remarks)
@@ -230,7 +230,7 @@ def _table(demonstrations: Sequence[Demonstration], grid: Grid) -> Table:
 
 
 def _row(demonstration: Demonstration, grid: Grid) -> tuple[str, ...]:
-    reached = flights.waypoints_reached(demonstration)
+    reached = recorded_flights.waypoints_reached(demonstration)
     cells = [f'({x},{y})' for x, y in map(grid.xy, grid.waypoints[:reached])]
     if len(cells) > WAYPOINTS_SHOWN:
         cells[1 : 1 - WAYPOINTS_SHOWN] = ['...']

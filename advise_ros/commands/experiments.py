@@ -12,7 +12,7 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
 from advise_ros.core.errors import AdviseError
-from advise_ros.core.solve import AUTO, SOLVERS
+from advise_ros.core.irl.solvers.choose import AUTO, SOLVERS
 from advise_ros.domains import DOMAINS
 from advise_ros.exits import INTERRUPTED, OK, VERDICT_NO, fail
 from advise_ros.experiments import runner

@@ -18,7 +18,7 @@ from advise_ros.commands.checked_vehicle import COMPONENT_ID, CheckedVehicle
 from advise_ros.commands.old_parameters import Kept, OldParameters
 from advise_ros.config import ChecksConfig
 from advise_ros.core.errors import AdviseError, InputError
-from advise_ros.core.fence import fence_around
+from advise_ros.core.guard.fence import fence_around
 from advise_ros.exits import INTERRUPTED, OK, VERDICT_NO, fail
 from advise_ros.mavlink import preflight
 from advise_ros.mavlink.findings import Change, Finding, Level, Room, advice, right, wrong

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from advise_ros.core.advice import AdviceRecord, Answer, Query
-from advise_ros.core.grid import Grid
+from advise_ros.core.advice.advice import AdviceRecord, Answer, Query
+from advise_ros.core.grid.grid import Grid
 from advise_ros.ros.calls import in_words
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from advise_ros.core.advice import Answer, Verdict
+from advise_ros.core.advice.advice import Answer, Verdict
 from advise_ros.core.errors import InputError
 
 NAME_MAX, COMMENT_MAX, STATES_MAX = 60, 500, 1_000_000

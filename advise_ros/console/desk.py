@@ -19,7 +19,7 @@ from advise_msgs.srv import AnswerQuery, PreviewAnswer, RetractAdvice
 from advise_ros.console import acts
 from advise_ros.console.flight_goals import FlightGoals, Reply, no, resolve
 from advise_ros.console.listener import Listener
-from advise_ros.core.advice import Answer, Code
+from advise_ros.core.advice.advice import Answer, Code
 from advise_ros.core.errors import InputError
 from advise_ros.ros import convert_advice
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from advise_ros.core.grid import ACTION_STEP
+from advise_ros.core.grid.grid import ACTION_STEP
 
 
 class Drawing:

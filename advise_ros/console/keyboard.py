@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from types import MappingProxyType
 
-from advise_ros.core.grid import Action
+from advise_ros.core.grid.grid import Action
 
 # A terminal sends the arrows as ESC [ A or ESC O A, with Shift as ESC [ 1 ; 2 A; for terminals that keep Shift to
 # themselves the letters h j k l do the same, capitals with Shift.

@@ -18,11 +18,11 @@ from advise_ros.console import views
 from advise_ros.console.board import Board
 from advise_ros.console.past import Entry, Past
 from advise_ros.console.settings import LearnerSettings
-from advise_ros.core.advice import Query
-from advise_ros.core.counts import count
-from advise_ros.core.demonstration import Demonstration, known, standing
+from advise_ros.core.advice.advice import Query
+from advise_ros.core.demonstrations.action_counts import count
+from advise_ros.core.demonstrations.demonstration import Demonstration, known, standing
 from advise_ros.core.errors import AdviseError
-from advise_ros.core.grid import Grid
+from advise_ros.core.grid.grid import Grid
 from advise_ros.ros import convert, convert_advice, qos
 
 TICK_S = 0.25

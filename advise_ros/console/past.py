@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from advise_ros.core.advice import AdviceRecord
+from advise_ros.core.advice.advice import AdviceRecord
 
 
 class Entry(NamedTuple):

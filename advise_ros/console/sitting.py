@@ -10,8 +10,8 @@ from typing import Any
 from advise_ros.console.board import Section
 from advise_ros.console.desk import Desk, Reply
 from advise_ros.console.drawing import Drawing
-from advise_ros.core.advice import Verdict
-from advise_ros.core.grid import N_ACTIONS, Action
+from advise_ros.core.advice.advice import Verdict
+from advise_ros.core.grid.grid import N_ACTIONS, Action
 
 VERDICTS = {'send': Verdict.ANSWER, 'skip': Verdict.SKIP, 'unsure': Verdict.UNSURE, 'mixed': Verdict.MIXED}
 # Acts that are sent at once, and what they are called.

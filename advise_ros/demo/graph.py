@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from advise_ros.core.errors import InputError
-from advise_ros.core.grid import Grid
+from advise_ros.core.grid.grid import Grid
 from advise_ros.demo.options import DemoOptions, free_udp_port
 from advise_ros.demo.supervisor import Child, Supervisor
 

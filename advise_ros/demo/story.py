@@ -10,11 +10,11 @@ import numpy as np
 
 from advise_msgs.action import Fly
 from advise_msgs.msg import AdviceQuery, LearnerStatus, Policy
-from advise_ros.core.advice import AdviceRecord
-from advise_ros.core.demonstration import Demonstration, EndReason
+from advise_ros.core.advice.advice import AdviceRecord
+from advise_ros.core.demonstrations.demonstration import Demonstration, EndReason
 from advise_ros.core.errors import AdviseError
-from advise_ros.core.grid import Grid
-from advise_ros.core.trial import fly
+from advise_ros.core.grid.grid import Grid
+from advise_ros.core.people.trial import fly
 from advise_ros.demo import browser
 from advise_ros.demo.console import DemoConsole
 from advise_ros.demo.graph import LISTENERS, DemoGraph

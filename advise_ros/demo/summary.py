@@ -12,9 +12,9 @@ import numpy as np
 from rich.table import Table
 from scipy.stats import binomtest
 
-from advise_ros.core.advice import AdviceRecord, Verdict, active
-from advise_ros.core.grid import N_ACTIONS, Action
-from advise_ros.core.learn import Learned
+from advise_ros.core.advice.advice import AdviceRecord, Verdict, active
+from advise_ros.core.grid.grid import N_ACTIONS, Action
+from advise_ros.core.learning.learner import Learned
 from advise_ros.demo.story import Flight, Session
 from advise_ros.report import pictures
 from advise_ros.ros import convert

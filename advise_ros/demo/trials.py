@@ -12,10 +12,10 @@ from concurrent.futures.process import BrokenProcessPool
 from functools import partial
 
 from advise_ros.config import AdviseConfig, ExpertConfig, PilotConfig, PolicyConfig
-from advise_ros.core.advice import AdviceRecord
+from advise_ros.core.advice.advice import AdviceRecord
 from advise_ros.core.errors import AdviseError
-from advise_ros.core.grid import Grid
-from advise_ros.core.trial import TrialResult, TrialSettings, advised_trial, run_trial
+from advise_ros.core.grid.grid import Grid
+from advise_ros.core.people.trial import TrialResult, TrialSettings, advised_trial, run_trial
 from advise_ros.demo.options import DemoOptions, node_config
 from advise_ros.demo.patience import cpu_s
 from advise_ros.parent import die_with_parent

@@ -9,8 +9,8 @@ from functools import cached_property
 import numpy as np
 
 from advise_ros.core.errors import InputError
-from advise_ros.core.mdp import Mdp, plan
 from advise_ros.core.numerics import Bools, Floats, Ints, is_best
+from advise_ros.core.planning.process import Mdp, plan
 
 DISTRIBUTION_TOLERANCE = 1e-6
 

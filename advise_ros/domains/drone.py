@@ -9,10 +9,10 @@ from functools import lru_cache
 
 import numpy as np
 
-from advise_ros.core.clusters import structure
-from advise_ros.core.grid import Action, Grid
-from advise_ros.core.mdp import mdp_of, occurring, terminal
-from advise_ros.core.rollout import step_budget
+from advise_ros.core.grid.grid import Action, Grid
+from advise_ros.core.planning.process import mdp_of, occurring, terminal
+from advise_ros.core.planning.rollout import step_budget
+from advise_ros.core.questions.grid_clusters import structure
 from advise_ros.domains.domain import Domain, Measure
 
 ROOM = Grid(2.0, 5, 5, (-1.0, -1.0), 5.0, waypoints=(4, 24, 20, 0))

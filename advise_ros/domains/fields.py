@@ -10,8 +10,8 @@ from zipfile import BadZipFile
 import numpy as np
 
 from advise_ros.core.errors import InputError
-from advise_ros.core.mdp import Mdp, Transitions, from_transitions
 from advise_ros.core.numerics import Bools, Floats, Ints
+from advise_ros.core.planning.process import Mdp, Transitions, from_transitions
 
 TRANSITIONS = ('p_action', 'p_from', 'p_to', 'p_prob')
 PROCESS = ('n_states', 'n_actions', 'gamma', *TRANSITIONS)

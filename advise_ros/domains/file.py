@@ -12,8 +12,8 @@ from pathlib import Path
 
 import numpy as np
 
-from advise_ros.core.mdp import Mdp
 from advise_ros.core.numerics import Bools, Floats
+from advise_ros.core.planning.process import Mdp
 from advise_ros.domains.domain import DISTRIBUTION_TOLERANCE, Domain, Measure, uniform_over
 from advise_ros.domains.fields import PROCESS, Fields, read_fields, read_process
 

@@ -12,9 +12,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from advise_ros.core.counts import Counts
-from advise_ros.core.mdp import Mdp
+from advise_ros.core.demonstrations.action_counts import Counts
 from advise_ros.core.numerics import Bools, Floats, Ints
+from advise_ros.core.planning.process import Mdp
 from advise_ros.domains.domain import Domain, uniform_over
 
 

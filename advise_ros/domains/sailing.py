@@ -8,7 +8,7 @@ from itertools import product
 import numpy as np
 from scipy import sparse
 
-from advise_ros.core.mdp import Mdp
+from advise_ros.core.planning.process import Mdp
 from advise_ros.domains.domain import Domain, Measure, uniform_over
 
 SIZE = 5

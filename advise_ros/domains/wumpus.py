@@ -7,7 +7,7 @@ from functools import lru_cache
 import numpy as np
 from scipy import sparse
 
-from advise_ros.core.mdp import Mdp
+from advise_ros.core.planning.process import Mdp
 from advise_ros.domains.domain import Domain, Measure
 
 SIZE = 5

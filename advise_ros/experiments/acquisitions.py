@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from advise_ros.core.answer_beliefs import BY_WORTH
+from advise_ros.core.advice.answer_beliefs import BY_WORTH
 from advise_ros.core.numerics import Floats
 from advise_ros.domains.domain import Domain
 from advise_ros.experiments.figures import Trials

@@ -6,12 +6,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from advise_ros.core import clusterings
-from advise_ros.core.clusterings import Terrain, Wanted
-from advise_ros.core.clusters import NO_CLUSTER
-from advise_ros.core.counts import Counts
-from advise_ros.core.kmeans import canonical
+from advise_ros.core.demonstrations.action_counts import Counts
 from advise_ros.core.numerics import Ints
+from advise_ros.core.questions import clusterings
+from advise_ros.core.questions.clusterings import Terrain, Wanted
+from advise_ros.core.questions.grid_clusters import NO_CLUSTER
+from advise_ros.core.questions.kmeans import canonical
 from advise_ros.domains.domain import Domain
 from advise_ros.experiments.method import Method, Protocol
 

@@ -8,17 +8,17 @@ from typing import NamedTuple
 
 import numpy as np
 
-from advise_ros.core.acquisition import Ranking, cluster_uncertainty, doubt, select, unexplained
-from advise_ros.core.advice import AdviceRecord, Verdict
-from advise_ros.core.answer_beliefs import BELIEF, BY_WORTH
-from advise_ros.core.contradictions import advice_in, preferences
-from advise_ros.core.gain import Known, Worth, in_effect, worth
-from advise_ros.core.imitation import imitated
-from advise_ros.core.mdp import boltzmann, greedy, occupancy
+from advise_ros.core.advice.advice import AdviceRecord, Verdict
+from advise_ros.core.advice.answer_beliefs import BELIEF, BY_WORTH
+from advise_ros.core.advice.confirmation import agreed, unconfirmed
+from advise_ros.core.advice.contradictions import advice_in, preferences
+from advise_ros.core.advice.imitation import imitated
+from advise_ros.core.irl.program import Evidence
 from advise_ros.core.numerics import Bools, Floats, Ints
-from advise_ros.core.program import Evidence
-from advise_ros.core.trust import agreed, unconfirmed
-from advise_ros.core.uncertainty import sources, uncertainty
+from advise_ros.core.planning.process import boltzmann, greedy, occupancy
+from advise_ros.core.questions.acquisition import Ranking, cluster_uncertainty, doubt, select, unexplained
+from advise_ros.core.questions.expected_corrections import Known, Worth, in_effect, worth
+from advise_ros.core.questions.uncertainty import sources, uncertainty
 from advise_ros.domains.people import advise
 from advise_ros.experiments.learner import Fitted, fit, fit_to
 from advise_ros.experiments.method import Method, Protocol

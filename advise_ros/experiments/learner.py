@@ -6,13 +6,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from advise_ros.core.acquisition import Ranking, select, unexplained
-from advise_ros.core.advice import Preference
-from advise_ros.core.counts import Counts
-from advise_ros.core.mdp import boltzmann, occupancy, plan
+from advise_ros.core.advice.advice import Preference
+from advise_ros.core.demonstrations.action_counts import Counts
+from advise_ros.core.irl.program import Evidence, Solution, pose
 from advise_ros.core.numerics import Bools, Floats, Ints, is_best
-from advise_ros.core.program import Evidence, Solution, pose
-from advise_ros.core.uncertainty import sources, uncertainty
+from advise_ros.core.planning.process import boltzmann, occupancy, plan
+from advise_ros.core.questions.acquisition import Ranking, select, unexplained
+from advise_ros.core.questions.uncertainty import sources, uncertainty
 from advise_ros.domains.domain import Domain, split_ties
 from advise_ros.domains.people import Advice
 from advise_ros.experiments.method import Method, Protocol

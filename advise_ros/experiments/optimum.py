@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from advise_ros.core.irl.program import Pairs, Problem, Solution
+from advise_ros.core.irl.solvers.choose import solve
 from advise_ros.core.numerics import Bools, Floats
-from advise_ros.core.program import Pairs, Problem, Solution
-from advise_ros.core.solve import solve
 
 # Below so many margin rows the whole program takes no longer than finding out which of them matter.
 FEW = 1000

@@ -9,13 +9,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from advise_ros.core.advice import AdviceRecord, Verdict
-from advise_ros.core.conflicts import conflicting, slack_states
-from advise_ros.core.contradictions import preferences, reversed_pair
+from advise_ros.core.advice.advice import AdviceRecord, Verdict
+from advise_ros.core.advice.contradictions import preferences, reversed_pair
 from advise_ros.core.errors import InputError
-from advise_ros.core.mdp import Mdp, boltzmann, greedy, plan
-from advise_ros.core.numerics import Bools, Floats, Ints
-from advise_ros.core.program import (
+from advise_ros.core.irl.conflicts import conflicting, slack_states
+from advise_ros.core.irl.program import (
     Evidence,
     InfeasibleError,
     Pairs,
@@ -25,7 +23,9 @@ from advise_ros.core.program import (
     favourites,
     pose,
 )
-from advise_ros.core.solve import AUTO, solve
+from advise_ros.core.irl.solvers.choose import AUTO, solve
+from advise_ros.core.numerics import Bools, Floats, Ints
+from advise_ros.core.planning.process import Mdp, boltzmann, greedy, plan
 from advise_ros.domains.fields import PROCESS, Fields, read_fields, read_process
 from advise_ros.experiments.recorded import recorded
 

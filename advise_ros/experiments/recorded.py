@@ -8,9 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
-from advise_ros.core.counts import Counts, count
+from advise_ros.core.demonstrations.action_counts import Counts, count
 from advise_ros.core.errors import InputError
-from advise_ros.core.mdp import Mdp, mdp_of, occurring
+from advise_ros.core.planning.process import Mdp, mdp_of, occurring
 from advise_ros.domains import DOMAINS, find
 from advise_ros.domains.domain import Domain
 from advise_ros.domains.drone import GAMMA, route

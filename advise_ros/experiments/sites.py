@@ -12,13 +12,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from advise_ros.core.demonstration import Demonstration
-from advise_ros.core.demonstrator import Demonstrator, demonstrate
+from advise_ros.core.demonstrations.demonstration import Demonstration
 from advise_ros.core.errors import InputError
-from advise_ros.core.expert import SimulatedExpert
-from advise_ros.core.grid import N_ACTIONS, Grid
-from advise_ros.core.mdp import occurring
+from advise_ros.core.grid.grid import N_ACTIONS, Grid
 from advise_ros.core.numerics import Bools, Floats, Ints
+from advise_ros.core.people.simulated_expert import SimulatedExpert
+from advise_ros.core.people.simulated_pilot import Demonstrator, demonstrate
+from advise_ros.core.planning.process import occurring
 from advise_ros.core.site.layout import Bytes, layout_of
 from advise_ros.core.site.pilots import AVOID_AT_ALL_COST, IN_SET
 from advise_ros.core.site.search import FAR, all_distances, optimal_sets

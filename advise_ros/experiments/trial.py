@@ -9,8 +9,8 @@ from zlib import crc32
 
 import numpy as np
 
-from advise_ros.core.advice import Preference
-from advise_ros.core.counts import Counts
+from advise_ros.core.advice.advice import Preference
+from advise_ros.core.demonstrations.action_counts import Counts
 from advise_ros.core.numerics import Ints
 from advise_ros.domains.domain import Domain
 from advise_ros.domains.people import advise, demonstrate

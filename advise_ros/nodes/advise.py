@@ -12,11 +12,11 @@ from std_srvs.srv import Trigger
 
 from advise_msgs import msg, srv
 from advise_ros.config import AdviseConfig
-from advise_ros.core.advice import Outcome, active
-from advise_ros.core.demonstration import known, standing
+from advise_ros.core.advice.advice import Outcome, active
+from advise_ros.core.demonstrations.demonstration import known, standing
 from advise_ros.core.errors import AdviseError
-from advise_ros.core.learn import Learned
-from advise_ros.core.session import Session
+from advise_ros.core.learning.learner import Learned
+from advise_ros.core.learning.session import Session
 from advise_ros.recording.demofile import load_demonstrations
 from advise_ros.recording.gridfile import load_grid
 from advise_ros.recording.savedsession import SavedSession

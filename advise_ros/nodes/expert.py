@@ -12,10 +12,10 @@ from rclpy.task import Future
 from advise_msgs.msg import AdviceQuery
 from advise_msgs.srv import AnswerQuery
 from advise_ros.config import ExpertConfig
-from advise_ros.core.advice import Answer, Query
+from advise_ros.core.advice.advice import Answer, Query
 from advise_ros.core.errors import InputError
-from advise_ros.core.expert import SimulatedExpert
-from advise_ros.core.grid import Grid
+from advise_ros.core.grid.grid import Grid
+from advise_ros.core.people.simulated_expert import SimulatedExpert
 from advise_ros.recording.gridfile import load_grid
 from advise_ros.ros import calls, convert, convert_advice, diagnostics, parameters, qos, run
 

@@ -10,11 +10,11 @@ from rclpy.clock import Clock, ClockType
 from std_srvs.srv import Trigger
 
 from advise_ros.config import ChecksConfig, GuardConfig
-from advise_ros.core import guard
 from advise_ros.core.errors import InputError
-from advise_ros.core.fence import Fence, corners_from_text, fence_around
-from advise_ros.core.grid import Grid
-from advise_ros.core.guard_monitor import GuardMonitor, MonitorSettings
+from advise_ros.core.grid.grid import Grid
+from advise_ros.core.guard import rules
+from advise_ros.core.guard.fence import Fence, corners_from_text, fence_around
+from advise_ros.core.guard.monitor import GuardMonitor, MonitorSettings
 from advise_ros.recording.gridfile import load_grid
 from advise_ros.ros import diagnostics, parameters, qos, run
 from advise_ros.ros.arrival import ArrivalWatch
@@ -38,13 +38,13 @@ def load_grid_of(config: ChecksConfig) -> Grid | None:
     return load_grid(config.grid_file) if config.grid_file else None
 
 
-def limits_of(config: ChecksConfig, grid: Grid | None) -> guard.Limits:
+def limits_of(config: ChecksConfig, grid: Grid | None) -> rules.Limits:
     """What commands must keep to.
 
     Raises:
         InputError: there is no fence and `fence` is not off, it is no polygon, or its altitude is unknown.
     """
-    return guard.Limits(
+    return rules.Limits(
         max_speed_m_s=config.max_speed_m_s, max_climb_m_s=config.max_climb_m_s,
         max_yaw_rate_rad_s=config.max_yaw_rate_rad_s, braking_m_s2=config.braking_m_s2,
         command_timeout_s=config.command_timeout_s, pose_timeout_s=config.pose_timeout_s,
@@ -72,14 +72,14 @@ def _fence_of(config: ChecksConfig, grid: Grid | None) -> Fence | None:
     return Fence(corners, config.fence_low_m, config.fence_high_m)
 
 
-def monitor_of(config: ChecksConfig, limits: guard.Limits, *, lifts: bool = False) -> GuardMonitor:
+def monitor_of(config: ChecksConfig, limits: rules.Limits, *, lifts: bool = False) -> GuardMonitor:
     """The guard with its memory; `lifts`: it only commands a vehicle that is in the air."""
     return GuardMonitor(limits, MonitorSettings(
         config.max_acceleration_m_s2, config.jump_m, config.latch, config.vehicle_delay_s, config.return_inside, lifts,
     ))
 
 
-def renewed(monitor: GuardMonitor, config: ChecksConfig, limits: guard.Limits, *, lifts: bool = False) -> GuardMonitor:
+def renewed(monitor: GuardMonitor, config: ChecksConfig, limits: rules.Limits, *, lifts: bool = False) -> GuardMonitor:
     """A guard that has heard nothing yet; a stop holds on."""
     fresh = monitor_of(config, limits, lifts=lifts)
     fresh.latched = monitor.latched
@@ -89,7 +89,7 @@ def renewed(monitor: GuardMonitor, config: ChecksConfig, limits: guard.Limits, *
 def put_command(monitor: GuardMonitor, message: TwistStamped, now_s: float, now_ns: int) -> None:
     """A command that arrives now, by steady time and by the node's clock."""
     linear = message.twist.linear
-    command = guard.Command((linear.x, linear.y, linear.z), message.header.frame_id, 0.0, message.twist.angular.z)
+    command = rules.Command((linear.x, linear.y, linear.z), message.header.frame_id, 0.0, message.twist.angular.z)
     monitor.command(command, now_s, stamp_ns=stamp_to_ns(message.header.stamp), now_ns=now_ns)
 
 
@@ -128,7 +128,7 @@ class Guard(ManagedNode):
     def __init__(self) -> None:
         super().__init__('guard')
         self.config = parameters.load(self, GuardConfig)
-        self._limits = guard.Limits()
+        self._limits = rules.Limits()
         self._monitor = monitor_of(self.config, self._limits)
         self._arrivals, self._log = ArrivalWatch(), GuardLog(ChangeLog(self.get_logger()))
         self._commanded = False
@@ -155,7 +155,7 @@ class Guard(ManagedNode):
     def end(self) -> None:
         self._monitor.clear()
         if self._commanded:
-            self._pass_on(guard.ZERO, 0.0)
+            self._pass_on(rules.ZERO, 0.0)
 
     def close_down(self) -> None:
         for timer in (self._tick, self._late_pose, self._late_command):
@@ -189,7 +189,7 @@ class Guard(ManagedNode):
         if verdict is not None:
             self._pass_on(verdict.velocity_enu_m_s, verdict.yaw_rate_rad_s)
         elif self._commanded:
-            self._pass_on(guard.ZERO, 0.0)
+            self._pass_on(rules.ZERO, 0.0)
         if not self.active:
             return
         said, warns = self._log.look(self._monitor, '' if verdict is None else verdict.reason, now_s)
@@ -200,7 +200,7 @@ class Guard(ManagedNode):
     def _stopped(self) -> str:
         return f'stopped until released: {self._monitor.latched}' if self._monitor.latched else ''
 
-    def _pass_on(self, velocity_enu_m_s: guard.Vector, yaw_rate_rad_s: float) -> None:
+    def _pass_on(self, velocity_enu_m_s: rules.Vector, yaw_rate_rad_s: float) -> None:
         message = velocity_command(velocity_enu_m_s, self.get_clock().now().nanoseconds)
         message.twist.angular.z = yaw_rate_rad_s
         self._checked.publish(message)

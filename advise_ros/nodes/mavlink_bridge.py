@@ -13,7 +13,7 @@ from rclpy.clock import Clock, ClockType
 from std_srvs.srv import Trigger
 
 from advise_ros.config import MavlinkBridgeConfig
-from advise_ros.core import guard
+from advise_ros.core.guard import rules
 from advise_ros.mavlink.companion import Companion, Settings, Status
 from advise_ros.mavlink.link import Link, Received
 from advise_ros.mavlink.messages import Message
@@ -73,7 +73,7 @@ class MavlinkBridge(ManagedNode):
     def __init__(self) -> None:
         super().__init__('mavlink_bridge')
         self.config = parameters.load(self, MavlinkBridgeConfig)
-        self._limits = guard.Limits()
+        self._limits = rules.Limits()
         self._monitor = monitor_of(self.config, self._limits, lifts=True)
         self._altitude_m = 0.0
         self._companion = Companion(self._settings())
@@ -227,7 +227,7 @@ class MavlinkBridge(ManagedNode):
             return
         verdict = self._monitor.verdict(now_s)
         self._note(verdict.reason if verdict is not None else '', now_s)
-        velocity, yaw_rate = (guard.ZERO, 0.0) if verdict is None else verdict[:2]
+        velocity, yaw_rate = (rules.ZERO, 0.0) if verdict is None else verdict[:2]
         no_place = self._monitor.position_doubt(now_s) or ('it is brought back inside' if self._monitor.returning else '')
         setpoint = self._companion.setpoint(velocity, yaw_rate, now_s, no_place)
         self._transmit([] if setpoint is None else [setpoint])

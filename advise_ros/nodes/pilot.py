@@ -17,14 +17,14 @@ from std_srvs.srv import Trigger
 
 from advise_msgs.msg import VehicleStatus
 from advise_ros.config import PilotConfig
-from advise_ros.core.demonstrator import Demonstrator
 from advise_ros.core.errors import InputError
-from advise_ros.core.grid import Grid
-from advise_ros.core.mission import Ask, Mission, Stage
-from advise_ros.core.mover import Pose
-from advise_ros.core.pilot_flight import PilotFlight
-from advise_ros.core.seeking import ZERO
-from advise_ros.core.vehicle_state import Vehicle
+from advise_ros.core.flight.leg_follower import Pose
+from advise_ros.core.flight.mission import Ask, Mission, Stage
+from advise_ros.core.flight.pilot_flight import PilotFlight
+from advise_ros.core.flight.vehicle_state import Vehicle
+from advise_ros.core.flight.velocity_law import ZERO
+from advise_ros.core.grid.grid import Grid
+from advise_ros.core.people.simulated_pilot import Demonstrator
 from advise_ros.recording.gridfile import load_grid
 from advise_ros.ros import parameters, qos, run
 from advise_ros.ros.clock_watch import ClockWatch

@@ -15,10 +15,10 @@ from std_srvs.srv import Trigger
 
 from advise_msgs import msg
 from advise_ros.config import RecorderConfig
+from advise_ros.core.demonstrations.recorded_flights import demonstrations_of
+from advise_ros.core.demonstrations.recorder import Phase, Recorder, Reply
+from advise_ros.core.demonstrations.samples import VehicleEvent
 from advise_ros.core.errors import InputError
-from advise_ros.core.flights import demonstrations_of
-from advise_ros.core.recorder import Phase, Recorder, Reply
-from advise_ros.core.samples import VehicleEvent
 from advise_ros.mavlink.link import Link
 from advise_ros.recording.gridfile import load_grid
 from advise_ros.recording.listener import COMPONENT_ID, Listener

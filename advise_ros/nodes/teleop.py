@@ -14,10 +14,10 @@ from std_srvs.srv import Trigger
 
 from advise_msgs.msg import VehicleStatus
 from advise_ros.config import TeleopConfig
-from advise_ros.core.keys import MOTIONS, Key, Stick, decode
-from advise_ros.core.mover import Pose
-from advise_ros.core.seeking import ZERO
-from advise_ros.core.tracker import CellTracker
+from advise_ros.core.flight.keyboard import MOTIONS, Key, Stick, decode
+from advise_ros.core.flight.leg_follower import Pose
+from advise_ros.core.flight.velocity_law import ZERO
+from advise_ros.core.grid.cell_tracker import CellTracker
 from advise_ros.recording.gridfile import load_grid
 from advise_ros.ros import parameters, qos, run
 from advise_ros.ros.diagnostics import OK, WARN, Diagnostics

@@ -10,8 +10,15 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 import numpy.typing as npt
 
+from advise_ros.core.demonstrations.samples import (
+    Arrivals,
+    CommandSamples,
+    PolicyEvent,
+    PoseSamples,
+    Recording,
+    VehicleEvent,
+)
 from advise_ros.core.errors import LogError
-from advise_ros.core.samples import Arrivals, CommandSamples, PolicyEvent, PoseSamples, Recording, VehicleEvent
 from advise_ros.recording import px4
 from advise_ros.recording.blocks import Block, Channel, Integers
 from advise_ros.recording.codec import Codec

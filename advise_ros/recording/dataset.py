@@ -28,10 +28,10 @@ import numpy as np
 import yaml
 
 import advise_ros
-from advise_ros.core.demonstration import Audit, Demonstration, EndReason
-from advise_ros.core.discretise import DiscretiseSettings
+from advise_ros.core.demonstrations.demonstration import Audit, Demonstration, EndReason
+from advise_ros.core.demonstrations.discretise import DiscretiseSettings
 from advise_ros.core.errors import InputError
-from advise_ros.core.grid import Grid
+from advise_ros.core.grid.grid import Grid
 from advise_ros.recording.gridfile import grid_from_mapping, grid_to_mapping
 
 FORMAT = 1

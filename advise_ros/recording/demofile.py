@@ -9,9 +9,9 @@ from dataclasses import asdict, fields
 from pathlib import Path
 from typing import Any
 
-from advise_ros.core.demonstration import Audit, Demonstration, EndReason
+from advise_ros.core.demonstrations.demonstration import Audit, Demonstration, EndReason
 from advise_ros.core.errors import InputError
-from advise_ros.core.grid import Grid
+from advise_ros.core.grid.grid import Grid
 from advise_ros.recording.dataset import is_dataset, load_dataset
 
 

@@ -10,7 +10,7 @@ from typing import Any
 import yaml
 
 from advise_ros.core.errors import InputError
-from advise_ros.core.grid import Grid
+from advise_ros.core.grid.grid import Grid
 
 REQUIRED = ('resolution', 'width', 'height', 'origin', 'altitude', 'waypoints')
 OPTIONAL = ('blocked',)

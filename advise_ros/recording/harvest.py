@@ -8,12 +8,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from advise_ros.core.demonstration import Demonstration
-from advise_ros.core.discretise import DiscretiseSettings
+from advise_ros.core.demonstrations.demonstration import Demonstration
+from advise_ros.core.demonstrations.discretise import DiscretiseSettings
+from advise_ros.core.demonstrations.recorded_flights import demonstrations_of
+from advise_ros.core.demonstrations.samples import Recording
 from advise_ros.core.errors import InputError, LogError
-from advise_ros.core.flights import demonstrations_of
-from advise_ros.core.grid import Grid
-from advise_ros.core.samples import Recording
+from advise_ros.core.grid.grid import Grid
 from advise_ros.parent import tied_workers
 from advise_ros.recording.bags import DEFAULT_TOPICS, BagTopics
 from advise_ros.recording.sources import ProgressCallback, read_recording

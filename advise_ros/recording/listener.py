@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
-from advise_ros.core.recorder import Recorder
-from advise_ros.core.samples import VehicleEvent
+from advise_ros.core.demonstrations.recorder import Recorder
+from advise_ros.core.demonstrations.samples import VehicleEvent
 from advise_ros.mavlink.frames import enu_from_ned
 from advise_ros.mavlink.link import Link, Received
 from advise_ros.mavlink.messages import (

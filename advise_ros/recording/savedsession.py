@@ -6,9 +6,9 @@ import copy
 from collections.abc import Callable
 from pathlib import Path
 
-from advise_ros.core.advice import Code, Outcome
+from advise_ros.core.advice.advice import Code, Outcome
 from advise_ros.core.errors import AdviseError
-from advise_ros.core.session import Session
+from advise_ros.core.learning.session import Session
 from advise_ros.recording.sessionfile import Loaded, SessionFile
 
 NOTHING = Loaded((), 0, ())

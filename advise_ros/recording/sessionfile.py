@@ -15,9 +15,9 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any, BinaryIO, NamedTuple
 
-from advise_ros.core.advice import AdviceRecord, Verdict
+from advise_ros.core.advice.advice import AdviceRecord, Verdict
 from advise_ros.core.errors import AdviseError, InputError
-from advise_ros.core.grid import N_ACTIONS, Grid
+from advise_ros.core.grid.grid import N_ACTIONS, Grid
 from advise_ros.recording import metadata
 from advise_ros.recording.gridfile import grid_from_mapping, grid_to_mapping
 

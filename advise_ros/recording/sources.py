@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
+from advise_ros.core.demonstrations.samples import Recording
 from advise_ros.core.errors import LogError
-from advise_ros.core.samples import Recording
 from advise_ros.recording.bags import DEFAULT_TOPICS, BagTopics, read_bag
 from advise_ros.recording.storage import METADATA_FILE
 from advise_ros.recording.tlog import read_tlog

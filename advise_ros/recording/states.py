@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from advise_ros.core.samples import VehicleEvent
+from advise_ros.core.demonstrations.samples import VehicleEvent
 
 NS, NS_PER_US = 1_000_000_000, 1000
 ADVISE, MAVROS, PX4 = 'advise_msgs/msg/VehicleStatus', 'mavros_msgs/msg/State', 'px4_msgs/msg/VehicleStatus'

@@ -13,8 +13,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from advise_ros.core.demonstrations.samples import Arrivals, CommandSamples, PoseSamples, Recording, VehicleEvent
 from advise_ros.core.errors import LogError
-from advise_ros.core.samples import Arrivals, CommandSamples, PoseSamples, Recording, VehicleEvent
 from advise_ros.mavlink.companion import MACHINES
 from advise_ros.mavlink.frames import Vector, enu_from_ned
 from advise_ros.mavlink.messages import (

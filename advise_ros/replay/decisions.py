@@ -6,7 +6,7 @@ import hashlib
 from collections.abc import Mapping
 from typing import Any
 
-from advise_ros.core.samples import PoseSamples
+from advise_ros.core.demonstrations.samples import PoseSamples
 
 DIGITS = 6
 # Type -> the fields of its decisions.

@@ -6,14 +6,14 @@ from dataclasses import replace
 from typing import Any
 
 from advise_ros.config import RecorderConfig
-from advise_ros.core.demonstration import Demonstration, EndReason
-from advise_ros.core.discretise import discretise
-from advise_ros.core.epochs import divide
+from advise_ros.core.demonstrations.audit_notes import BEGINNING_UNHEARD, beginning_unheard
+from advise_ros.core.demonstrations.demonstration import Demonstration, EndReason
+from advise_ros.core.demonstrations.discretise import discretise
+from advise_ros.core.demonstrations.epochs import divide
+from advise_ros.core.demonstrations.recorded_flights import Flown, demonstration_of, split, why_not
+from advise_ros.core.demonstrations.samples import Recording
 from advise_ros.core.errors import InputError
-from advise_ros.core.flights import Flown, demonstration_of, split, why_not
-from advise_ros.core.grid import Grid
-from advise_ros.core.remarks import BEGINNING_UNHEARD, beginning_unheard
-from advise_ros.core.samples import Recording
+from advise_ros.core.grid.grid import Grid
 from advise_ros.replay.listeners import heard_otherwise
 from advise_ros.replay.session import Recorded, RecordedSession, at
 from advise_ros.replay.stage import Comparison, Stage

@@ -5,7 +5,7 @@ from __future__ import annotations
 from itertools import pairwise
 from typing import NamedTuple
 
-from advise_ros.core.policy_flight import Phase
+from advise_ros.core.flight.policy_flight import Phase
 from advise_ros.replay.session import NS, Recorded, RecordedSession, at
 
 UNDER_WAY = (Phase.TO_START, Phase.FLYING)

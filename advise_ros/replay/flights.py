@@ -7,9 +7,9 @@ from collections import defaultdict
 
 from advise_ros.config import PolicyConfig
 from advise_ros.core.errors import InputError
-from advise_ros.core.grid import Grid
-from advise_ros.core.mover import Pose
-from advise_ros.core.policy_flight import FlightPlan, Phase, PolicyFlight
+from advise_ros.core.flight.leg_follower import Pose
+from advise_ros.core.flight.policy_flight import FlightPlan, Phase, PolicyFlight
+from advise_ros.core.grid.grid import Grid
 from advise_ros.replay.decisions import decision
 from advise_ros.replay.flight_parts import Flight, flights_of
 from advise_ros.replay.session import Recorded, RecordedSession, at

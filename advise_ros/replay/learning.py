@@ -6,13 +6,13 @@ from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 from advise_ros.config import AdviseConfig
-from advise_ros.core.advice import AdviceRecord
-from advise_ros.core.demonstration import Demonstration, known
+from advise_ros.core.advice.advice import AdviceRecord
+from advise_ros.core.demonstrations.demonstration import Demonstration, known
+from advise_ros.core.demonstrations.recorded_flights import number_of
 from advise_ros.core.errors import InputError
-from advise_ros.core.flights import number_of
-from advise_ros.core.learn import Learned, learn
-from advise_ros.core.learn_settings import LearnSettings
-from advise_ros.core.queries import budget_left
+from advise_ros.core.irl.settings import LearnSettings
+from advise_ros.core.learning.learner import Learned, learn
+from advise_ros.core.questions.select import budget_left
 from advise_ros.replay.overrides import GRID
 from advise_ros.replay.session import (
     ADVICE_TYPE,

@@ -14,7 +14,7 @@ from ament_index_python.packages import get_package_prefix
 
 from advise_ros.config import AdviseConfig, PolicyConfig, RecorderConfig
 from advise_ros.core.errors import AdviseError
-from advise_ros.core.grid import Grid
+from advise_ros.core.grid.grid import Grid
 from advise_ros.recording.gridfile import grid_to_mapping
 from advise_ros.replay.session import RecordedSession
 from advise_ros.ros import convert

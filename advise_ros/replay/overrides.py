@@ -10,7 +10,7 @@ import yaml
 
 from advise_ros.config import AdviseConfig, PolicyConfig, RecorderConfig, build
 from advise_ros.core.errors import InputError
-from advise_ros.core.grid import Grid
+from advise_ros.core.grid.grid import Grid
 from advise_ros.recording.gridfile import OPTIONAL, REQUIRED, grid_from_mapping, grid_to_mapping
 
 GRID = 'grid'

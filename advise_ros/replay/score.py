@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import NamedTuple, TypeAlias
 
 from advise_msgs.msg import VehicleStatus
-from advise_ros.core.advice import AdviceRecord
-from advise_ros.core.demonstration import EndReason
+from advise_ros.core.advice.advice import AdviceRecord
+from advise_ros.core.demonstrations.demonstration import EndReason
 from advise_ros.recording.codec import Codec
 from advise_ros.recording.messages import Bag, Message
 from advise_ros.replay.demonstrations import is_flown

@@ -11,9 +11,9 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 
 from advise_ros import config
+from advise_ros.core.demonstrations.samples import PoseSamples, Recording
 from advise_ros.core.errors import InputError, LogError
-from advise_ros.core.grid import Grid
-from advise_ros.core.samples import PoseSamples, Recording
+from advise_ros.core.grid.grid import Grid
 from advise_ros.recording import platform
 from advise_ros.recording.bags import BagTopics, read_bag
 from advise_ros.recording.codec import Codec

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
-from advise_ros.core.demonstration import Demonstration
-from advise_ros.core.learn import Learned
+from advise_ros.core.demonstrations.demonstration import Demonstration
+from advise_ros.core.learning.learner import Learned
 from advise_ros.recording.codec import Codec
 from advise_ros.recording.definitions import definition
 from advise_ros.replay.compare import Difference, first_difference

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from advise_ros.core.advice import Answer, Verdict
-from advise_ros.core.grid import Action
+from advise_ros.core.advice.advice import Answer, Verdict
+from advise_ros.core.grid.grid import Action
 
 EXAMPLE = "here for 'EAST is right, the others are wrong'; actions: 0 NORTH, 1 EAST, 2 SOUTH, 3 WEST"
 

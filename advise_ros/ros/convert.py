@@ -5,9 +5,9 @@ from __future__ import annotations
 from builtin_interfaces.msg import Time
 
 from advise_msgs import msg
-from advise_ros.core.demonstration import Audit, Demonstration, EndReason
-from advise_ros.core.grid import Grid
-from advise_ros.core.vehicle_state import Vehicle
+from advise_ros.core.demonstrations.demonstration import Audit, Demonstration, EndReason
+from advise_ros.core.flight.vehicle_state import Vehicle
+from advise_ros.core.grid.grid import Grid
 
 NS = 1_000_000_000
 MAP_FRAME = 'map'

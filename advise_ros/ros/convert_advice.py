@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from advise_msgs import msg, srv
-from advise_ros.core.advice import AdviceRecord, Answer, Outcome, Query, Verdict
-from advise_ros.core.grid import Action, Grid
+from advise_ros.core.advice.advice import AdviceRecord, Answer, Outcome, Query, Verdict
+from advise_ros.core.grid.grid import Action, Grid
 from advise_ros.ros.convert import MAP_FRAME, grid_to_msg, stamp_from_ns
 
 if TYPE_CHECKING:  # The learner's solvers take seconds to import, and commands need none of them.
-    from advise_ros.core.learn import Learned
+    from advise_ros.core.learning.learner import Learned
 
 ACTION_NAMES = tuple(action.name for action in Action)
 

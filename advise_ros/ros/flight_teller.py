@@ -5,7 +5,7 @@ from __future__ import annotations
 from rclpy.node import Node
 
 from advise_msgs.msg import FlightStatus
-from advise_ros.core.policy_flight import Phase, PolicyFlight
+from advise_ros.core.flight.policy_flight import Phase, PolicyFlight
 from advise_ros.ros import qos
 from advise_ros.ros.convert import MAP_FRAME, stamp_from_ns
 

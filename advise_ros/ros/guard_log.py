@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from advise_ros.core.guard_monitor import GuardMonitor
+from advise_ros.core.guard.monitor import GuardMonitor
 from advise_ros.ros.change_log import LASTING_S, ChangeLog
 
 # A doubt of the pose while nobody commands is news when it lasts for this long.

@@ -7,8 +7,8 @@ from rclpy.node import Node
 from visualization_msgs.msg import MarkerArray
 
 from advise_msgs.msg import Advice, AdviceQuery, Demonstration, LearnerStatus, Policy
-from advise_ros.core.advice import AdviceRecord
-from advise_ros.core.learn import Learned
+from advise_ros.core.advice.advice import AdviceRecord
+from advise_ros.core.learning.learner import Learned
 from advise_ros.ros import convert, convert_advice, maps, markers, qos
 
 

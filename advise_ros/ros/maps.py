@@ -12,8 +12,8 @@ import numpy as np
 import numpy.typing as npt
 from nav_msgs.msg import OccupancyGrid
 
-from advise_ros.core.grid import N_ACTIONS, Grid
-from advise_ros.core.learn import Learned
+from advise_ros.core.grid.grid import N_ACTIONS, Grid
+from advise_ros.core.learning.learner import Learned
 from advise_ros.ros.convert import MAP_FRAME, grid_to_msg, stamp_from_ns
 
 FULL = 100

@@ -8,9 +8,9 @@ from geometry_msgs.msg import Point
 from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import Marker, MarkerArray
 
-from advise_ros.core.advice import Query
-from advise_ros.core.grid import ACTION_STEP, Grid
-from advise_ros.core.learn import Learned
+from advise_ros.core.advice.advice import Query
+from advise_ros.core.grid.grid import ACTION_STEP, Grid
+from advise_ros.core.learning.learner import Learned
 from advise_ros.ros.convert import MAP_FRAME, stamp_from_ns
 
 # One colour a layer (the next waypoint), repeated when there are more; a palette that colour-blind people tell apart.

@@ -6,8 +6,8 @@ from advise_msgs.action import Fly
 from advise_msgs.msg import Policy
 from advise_ros.config import PolicyConfig
 from advise_ros.core.errors import InputError
-from advise_ros.core.grid import Grid
-from advise_ros.core.policy_flight import FlightPlan
+from advise_ros.core.flight.policy_flight import FlightPlan
+from advise_ros.core.grid.grid import Grid
 from advise_ros.ros.convert import grid_from_msg
 
 

@@ -6,11 +6,11 @@ import numpy as np
 
 from advise_msgs.srv import PreviewAnswer
 from advise_ros.config import PolicyConfig
-from advise_ros.core.advice import Code, Outcome
-from advise_ros.core.learn import Learned
-from advise_ros.core.outlook import expected_success
-from advise_ros.core.program import EXACT
-from advise_ros.core.rollout import Rollout, rollout, step_budget
+from advise_ros.core.advice.advice import Code, Outcome
+from advise_ros.core.irl.program import EXACT
+from advise_ros.core.learning.learner import Learned
+from advise_ros.core.planning.expected_success import expected_success
+from advise_ros.core.planning.rollout import Rollout, rollout, step_budget
 from advise_ros.ros import calls
 
 # As the policy node flies by default.

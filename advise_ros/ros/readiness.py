@@ -7,9 +7,9 @@ from rclpy.node import Node
 from advise_msgs.action import Fly
 from advise_ros.config import PolicyConfig
 from advise_ros.core.errors import InputError
-from advise_ros.core.grid import Grid
-from advise_ros.core.policy_flight import check_start
-from advise_ros.core.vehicle_state import Vehicle, why_no_commands
+from advise_ros.core.flight.policy_flight import check_start
+from advise_ros.core.flight.vehicle_state import Vehicle, why_no_commands
+from advise_ros.core.grid.grid import Grid
 from advise_ros.ros.clock_watch import ClockWatch
 from advise_ros.ros.policy_shelf import PolicyShelf
 from advise_ros.ros.pose_intake import PoseIntake

@@ -9,7 +9,7 @@ import pytest
 from playwright.sync_api import Browser, expect
 
 from advise_msgs.msg import Advice
-from advise_ros.core.advice import Verdict
+from advise_ros.core.advice.advice import Verdict
 from support.browser import PHONE, Person, chromium, start_console
 from support.graph import Graph
 from support.learner import Learner, write_grid

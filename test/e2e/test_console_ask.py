@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from std_srvs.srv import Trigger
 
-from advise_ros.core.advice import Verdict
+from advise_ros.core.advice.advice import Verdict
 from support.graph import Graph
 from support.learner import Learner, write_grid
 from support.typist import Typist

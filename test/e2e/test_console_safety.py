@@ -11,7 +11,7 @@ import pytest
 from playwright.sync_api import Browser, expect
 from std_srvs.srv import Trigger
 
-from advise_ros.core.advice import Code
+from advise_ros.core.advice.advice import Code
 from advise_ros.recording.demofile import save_demonstrations
 from support.browser import Person, chromium, start_console
 from support.graph import Graph

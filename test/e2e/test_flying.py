@@ -8,7 +8,7 @@ from std_srvs.srv import Trigger
 
 from advise_msgs.action import Fly
 from advise_msgs.msg import Demonstration, Policy, VehicleStatus
-from advise_ros.core.demonstration import EndReason
+from advise_ros.core.demonstrations.demonstration import EndReason
 from advise_ros.recording.gridfile import grid_to_mapping
 from advise_ros.ros import qos
 from advise_ros.ros.convert import demonstration_from_msg

@@ -11,11 +11,11 @@ import struct
 
 import numpy as np
 
-from advise_ros.core.advice import Answer, Verdict
-from advise_ros.core.demonstration import EndReason
-from advise_ros.core.discretise import DiscretiseSettings, discretise
-from advise_ros.core.samples import CommandSamples, PoseSamples, Recording
-from advise_ros.core.session import Session
+from advise_ros.core.advice.advice import Answer, Verdict
+from advise_ros.core.demonstrations.demonstration import EndReason
+from advise_ros.core.demonstrations.discretise import DiscretiseSettings, discretise
+from advise_ros.core.demonstrations.samples import CommandSamples, PoseSamples, Recording
+from advise_ros.core.learning.session import Session
 from advise_ros.mavlink import messages as mav
 from advise_ros.mavlink.companion import Companion, Settings
 from advise_ros.mavlink.framing import LONGEST_FRAME, SPOKEN, Framer

@@ -7,12 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from advise_ros.core.demonstration import Demonstration, EndReason
-from advise_ros.core.discretise import DiscretiseSettings
-from advise_ros.core.flights import demonstrations_of, waypoints_reached
-from advise_ros.core.learn import LearnSettings, learn
-from advise_ros.core.recorder import Recorder
-from advise_ros.core.samples import NO_COMMANDS
+from advise_ros.core.demonstrations.demonstration import Demonstration, EndReason
+from advise_ros.core.demonstrations.discretise import DiscretiseSettings
+from advise_ros.core.demonstrations.recorded_flights import demonstrations_of, waypoints_reached
+from advise_ros.core.demonstrations.recorder import Recorder
+from advise_ros.core.demonstrations.samples import NO_COMMANDS
+from advise_ros.core.learning.learner import LearnSettings, learn
 from advise_ros.recording.gridfile import load_grid
 from advise_ros.recording.sources import read_recording
 

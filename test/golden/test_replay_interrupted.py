@@ -10,10 +10,10 @@ import pytest
 
 from advise_ros.commands import replay
 from advise_ros.config import PolicyConfig
-from advise_ros.core.epochs import divide
-from advise_ros.core.learn import Learned
-from advise_ros.core.policy_flight import FlightPlan, PolicyFlight
-from advise_ros.core.session import Session
+from advise_ros.core.demonstrations.epochs import divide
+from advise_ros.core.flight.policy_flight import FlightPlan, PolicyFlight
+from advise_ros.core.learning.learner import Learned
+from advise_ros.core.learning.session import Session
 from advise_ros.recording.bags import BagTopics, read_bag
 from advise_ros.replay import learning
 from advise_ros.replay.session import at

@@ -10,7 +10,7 @@ import pytest
 
 from advise_ros.commands import replay
 from advise_ros.core.errors import InputError
-from advise_ros.core.grid import Grid
+from advise_ros.core.grid.grid import Grid
 from advise_ros.replay.overrides import other_grid, parse
 from support.session_bag import GRID, session_bag
 

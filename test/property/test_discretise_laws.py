@@ -4,13 +4,13 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from advise_ros.core.demonstration import Demonstration, EndReason
-from advise_ros.core.discretise import DiscretiseSettings, discretise
-from advise_ros.core.flights import demonstrations_of
-from advise_ros.core.grid import Grid
-from advise_ros.core.samples import PoseSamples, Recording
-from advise_ros.core.track import Follower
-from advise_ros.core.tracker import CellTracker, Fix
+from advise_ros.core.demonstrations.demonstration import Demonstration, EndReason
+from advise_ros.core.demonstrations.discretise import DiscretiseSettings, discretise
+from advise_ros.core.demonstrations.recorded_flights import demonstrations_of
+from advise_ros.core.demonstrations.samples import PoseSamples, Recording
+from advise_ros.core.grid.cell_path import Follower
+from advise_ros.core.grid.cell_tracker import CellTracker, Fix
+from advise_ros.core.grid.grid import Grid
 from support.flown import GRID, NS, commands_of, flight, joined, round_trip
 
 SETTINGS = DiscretiseSettings()

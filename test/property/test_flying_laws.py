@@ -7,12 +7,12 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from advise_ros.core.errors import InputError
-from advise_ros.core.grid import Grid
-from advise_ros.core.keys import decode
-from advise_ros.core.policy_flight import FlightPlan, Phase, PolicyFlight
-from advise_ros.core.rollout import rollout
-from advise_ros.core.seeking import Leg, SeekSettings, seek
-from advise_ros.core.transit import shortest_way
+from advise_ros.core.flight.keyboard import decode
+from advise_ros.core.flight.policy_flight import FlightPlan, Phase, PolicyFlight
+from advise_ros.core.flight.transit import shortest_way
+from advise_ros.core.flight.velocity_law import Leg, SeekSettings, seek
+from advise_ros.core.grid.grid import Grid
+from advise_ros.core.planning.rollout import rollout
 from support.vehicle import LazyVehicle, fly
 
 any_float = st.floats(allow_nan=True, allow_infinity=True)

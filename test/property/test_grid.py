@@ -7,7 +7,7 @@ from itertools import pairwise
 from hypothesis import given
 from hypothesis import strategies as st
 
-from advise_ros.core.grid import Action, Grid, optimal_actions
+from advise_ros.core.grid.grid import Action, Grid, optimal_actions
 
 
 @st.composite

@@ -8,9 +8,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from advise_ros.core import guard
-from advise_ros.core.fence import Fence, box, stopping_speed_m_s
-from advise_ros.core.guard import Command, Limits, Position, check
+from advise_ros.core.guard import rules
+from advise_ros.core.guard.fence import Fence, box, stopping_speed_m_s
+from advise_ros.core.guard.rules import Command, Limits, Position, check
 from support.guarded_flight import BOUND_M, episode
 
 LOW, HIGH = (-2.0, -3.0, 1.0), (10.0, 9.0, 9.0)
@@ -51,7 +51,7 @@ def test_stale_or_foreign_or_infinite_is_zero(command: Command | None, position:
     )
     verdict = check(command, position, LIMITS)
     if not sound:
-        assert verdict.velocity_enu_m_s == guard.ZERO
+        assert verdict.velocity_enu_m_s == rules.ZERO
         assert verdict.reason
 
 

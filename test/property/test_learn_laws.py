@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
-from advise_ros.core.advice import AdviceRecord, Verdict
-from advise_ros.core.demonstration import Demonstration
-from advise_ros.core.learn import Learned, LearnSettings, learn
+from advise_ros.core.advice.advice import AdviceRecord, Verdict
+from advise_ros.core.demonstrations.demonstration import Demonstration
+from advise_ros.core.learning.learner import Learned, LearnSettings, learn
 from support.learning import ROUND_TRIP, answer, flights, learn_now, ready
 
 SEEDS = st.integers(0, 2**32 - 1)

@@ -11,11 +11,11 @@ import pytest
 from hypothesis import given, settings
 from scipy import sparse
 
-from advise_ros.core import reference
-from advise_ros.core.advice import Preference
-from advise_ros.core.mdp import Mdp
-from advise_ros.core.program import Evidence, InfeasibleError, Problem, Solution, Terms, pose
-from advise_ros.core.solve import SOLVERS, solve
+from advise_ros.core.advice.advice import Preference
+from advise_ros.core.irl.program import Evidence, InfeasibleError, Problem, Solution, Terms, pose
+from advise_ros.core.irl.solvers import cvxpy_reference
+from advise_ros.core.irl.solvers.choose import SOLVERS, solve
+from advise_ros.core.planning.process import Mdp
 
 RELATIVE = 1e-6
 ELASTIC_ONLY = {'qoco', 'interior', 'interior-cholmod'}
@@ -72,7 +72,7 @@ def _solved(solver: Solver, problem: Problem) -> Solution | None:
 
 def _check(case: Case, constants: Terms) -> None:
     problem = pose(case.mdp, case.evidence, constants)
-    dense = _solved(reference.solve, problem)
+    dense = _solved(cvxpy_reference.solve, problem)
     if dense is not None:
         _satisfies(problem, dense)
     for name in SOLVERS.keys() - {'cvxpy'} - (ELASTIC_ONLY if constants.strict else set()):

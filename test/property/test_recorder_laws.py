@@ -12,12 +12,19 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 
-from advise_ros.core.demonstration import Demonstration, EndReason
-from advise_ros.core.discretise import DiscretiseSettings
-from advise_ros.core.flights import demonstrations_of
-from advise_ros.core.grid import ACTION_STEP, Grid
-from advise_ros.core.recorder import Recorder
-from advise_ros.core.samples import Arrivals, CommandSamples, PolicyEvent, PoseSamples, Recording, VehicleEvent
+from advise_ros.core.demonstrations.demonstration import Demonstration, EndReason
+from advise_ros.core.demonstrations.discretise import DiscretiseSettings
+from advise_ros.core.demonstrations.recorded_flights import demonstrations_of
+from advise_ros.core.demonstrations.recorder import Recorder
+from advise_ros.core.demonstrations.samples import (
+    Arrivals,
+    CommandSamples,
+    PolicyEvent,
+    PoseSamples,
+    Recording,
+    VehicleEvent,
+)
+from advise_ros.core.grid.grid import ACTION_STEP, Grid
 
 NS = 1_000_000_000
 GRID = Grid(2.0, 3, 3, (-1.0, -1.0), 5.0, waypoints=(2, 8, 6, 0))

@@ -14,9 +14,9 @@ from visualization_msgs.msg import Marker, MarkerArray
 from advise_msgs.msg import AdviceQuery, LearnerStatus, Policy
 from advise_msgs.srv import PreviewAnswer, RetractAdvice
 from advise_ros.config import AdviseConfig
-from advise_ros.core.advice import Code, Verdict
-from advise_ros.core.grid import Grid
-from advise_ros.core.learn import learn
+from advise_ros.core.advice.advice import Code, Verdict
+from advise_ros.core.grid.grid import Grid
+from advise_ros.core.learning.learner import learn
 from advise_ros.ros import convert, convert_advice
 from advise_ros.settings import learn_settings
 from support.graph import Graph

@@ -13,8 +13,8 @@ from visualization_msgs.msg import MarkerArray
 from advise_msgs.msg import Advice, AdviceQuery, Demonstration, LearnerStatus, Policy
 from advise_msgs.srv import AnswerQuery
 from advise_ros.config import AdviseConfig
-from advise_ros.core.advice import Code, Verdict
-from advise_ros.core.learn import learn
+from advise_ros.core.advice.advice import Code, Verdict
+from advise_ros.core.learning.learner import learn
 from advise_ros.recording.demofile import save_demonstrations
 from advise_ros.ros import convert, convert_advice, qos
 from advise_ros.settings import learn_settings

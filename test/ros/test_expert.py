@@ -9,8 +9,8 @@ import pytest
 from diagnostic_msgs.msg import DiagnosticArray
 
 from advise_msgs.msg import LearnerStatus
-from advise_ros.core.advice import Verdict
-from advise_ros.core.grid import optimal_actions
+from advise_ros.core.advice.advice import Verdict
+from advise_ros.core.grid.grid import optimal_actions
 from support.graph import Graph
 from support.learner import Learner, write_grid
 from support.walks import GRID_4X4

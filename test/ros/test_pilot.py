@@ -9,8 +9,8 @@ from std_msgs.msg import String
 
 from advise_msgs.msg import Demonstration
 from advise_ros.config import PilotConfig
-from advise_ros.core.grid import Grid
-from advise_ros.core.tracker import CellTracker
+from advise_ros.core.grid.cell_tracker import CellTracker
+from advise_ros.core.grid.grid import Grid
 from advise_ros.nodes.pilot import flight_choices
 from advise_ros.recording.gridfile import grid_to_mapping
 from advise_ros.ros import qos

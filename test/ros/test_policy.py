@@ -15,9 +15,9 @@ from std_srvs.srv import Trigger
 from advise_msgs.action import Fly
 from advise_msgs.msg import FlightStatus, Policy
 from advise_ros.config import PolicyConfig
-from advise_ros.core.grid import Action, Grid
-from advise_ros.core.mover import Pose
-from advise_ros.core.policy_flight import FlightPlan, PolicyFlight
+from advise_ros.core.flight.leg_follower import Pose
+from advise_ros.core.flight.policy_flight import FlightPlan, PolicyFlight
+from advise_ros.core.grid.grid import Action, Grid
 from advise_ros.recording.gridfile import grid_to_mapping
 from advise_ros.ros import qos
 from advise_ros.ros.convert import stamp_to_ns

@@ -16,10 +16,10 @@ from std_srvs.srv import Trigger
 
 from advise_msgs.msg import Demonstration, FlightStatus, LearnerStatus, VehicleStatus
 from advise_ros.config import RecorderConfig
-from advise_ros.core.demonstration import EndReason
-from advise_ros.core.discretise import discretise
-from advise_ros.core.grid import Action
-from advise_ros.core.samples import NO_COMMANDS, Recording
+from advise_ros.core.demonstrations.demonstration import EndReason
+from advise_ros.core.demonstrations.discretise import discretise
+from advise_ros.core.demonstrations.samples import NO_COMMANDS, Recording
+from advise_ros.core.grid.grid import Action
 from advise_ros.mavlink.messages import dialect
 from advise_ros.recording.gridfile import grid_to_mapping
 from advise_ros.ros import convert, qos

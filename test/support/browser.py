@@ -10,7 +10,7 @@ from typing import Any
 
 from playwright.sync_api import Browser, Locator, Page, expect, sync_playwright
 
-from advise_ros.core.grid import Grid
+from advise_ros.core.grid.grid import Grid
 from support.graph import Graph
 from support.processes import Process
 

@@ -17,9 +17,9 @@ from rclpy.clock import Clock, ClockType
 
 from advise_msgs.action import Fly
 from advise_msgs.msg import Policy
-from advise_ros.core.grid import Grid
-from advise_ros.core.learn_settings import LearnSettings
-from advise_ros.core.session import Session
+from advise_ros.core.grid.grid import Grid
+from advise_ros.core.irl.settings import LearnSettings
+from advise_ros.core.learning.session import Session
 from advise_ros.ros import qos
 from advise_ros.ros.convert import stamp_to_ns
 from support.graph import Graph

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from advise_ros.core.grid import Grid
-from advise_ros.core.samples import CommandSamples, PoseSamples, Recording, VehicleEvent
+from advise_ros.core.demonstrations.samples import CommandSamples, PoseSamples, Recording, VehicleEvent
+from advise_ros.core.grid.grid import Grid
 
 NS = 1_000_000_000
 SPEED_M_S = 1.0

@@ -7,12 +7,11 @@ MOCK: small stand-ins for `launch` and `launch_ros` record what the file asks fo
 from __future__ import annotations
 
 import importlib.util
-from pathlib import Path
 from types import ModuleType, SimpleNamespace
 from typing import Any
 from unittest import mock
 
-ROOT = Path(__file__).resolve().parents[2]
+from support.paths import ROOT
 
 
 class Recorded(SimpleNamespace):

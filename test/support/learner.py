@@ -7,7 +7,7 @@ from pathlib import Path
 
 from advise_msgs.msg import Advice, AdviceQuery, Demonstration, LearnerStatus, Policy
 from advise_msgs.srv import AnswerQuery
-from advise_ros.core.grid import Grid
+from advise_ros.core.grid.grid import Grid
 from advise_ros.recording.gridfile import grid_to_mapping
 from advise_ros.ros import convert, qos
 from support.graph import Graph

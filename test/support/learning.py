@@ -7,12 +7,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from advise_ros.core.advice import AdviceRecord, Answer, Verdict
-from advise_ros.core.demonstration import Audit, Demonstration, EndReason
-from advise_ros.core.grid import Grid
-from advise_ros.core.learn import Learned, LearnSettings
-from advise_ros.core.session import Session
-from advise_ros.core.trial import TrialSettings, fly
+from advise_ros.core.advice.advice import AdviceRecord, Answer, Verdict
+from advise_ros.core.demonstrations.demonstration import Audit, Demonstration, EndReason
+from advise_ros.core.grid.grid import Grid
+from advise_ros.core.learning.learner import Learned, LearnSettings
+from advise_ros.core.learning.session import Session
+from advise_ros.core.people.trial import TrialSettings, fly
 
 ROUND_TRIP = Grid(2.0, 4, 4, (-1.0, -1.0), 3.0, (3, 15, 12, 0))
 CORRIDOR = Grid(1.0, 4, 1, (0.0, 0.0), 2.0, (3,))

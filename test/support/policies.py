@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from advise_msgs.msg import Policy
-from advise_ros.core.grid import Grid, optimal_actions
+from advise_ros.core.grid.grid import Grid, optimal_actions
 from advise_ros.ros.convert import grid_to_msg
 
 

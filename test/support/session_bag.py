@@ -13,16 +13,16 @@ from geometry_msgs.msg import PoseStamped
 
 from advise_msgs.msg import FlightStatus, VehicleStatus
 from advise_ros.config import AdviseConfig, PolicyConfig, RecorderConfig
-from advise_ros.core.advice import Answer
-from advise_ros.core.demonstration import Demonstration
-from advise_ros.core.discretise import discretise
-from advise_ros.core.flights import split
-from advise_ros.core.grid import Grid, optimal_actions
-from advise_ros.core.learn import Learned
-from advise_ros.core.mover import Pose
-from advise_ros.core.policy_flight import FlightPlan, Phase, PolicyFlight
-from advise_ros.core.samples import CommandSamples, PoseSamples, Recording, VehicleEvent
-from advise_ros.core.session import Session
+from advise_ros.core.advice.advice import Answer
+from advise_ros.core.demonstrations.demonstration import Demonstration
+from advise_ros.core.demonstrations.discretise import discretise
+from advise_ros.core.demonstrations.recorded_flights import split
+from advise_ros.core.demonstrations.samples import CommandSamples, PoseSamples, Recording, VehicleEvent
+from advise_ros.core.flight.leg_follower import Pose
+from advise_ros.core.flight.policy_flight import FlightPlan, Phase, PolicyFlight
+from advise_ros.core.grid.grid import Grid, optimal_actions
+from advise_ros.core.learning.learner import Learned
+from advise_ros.core.learning.session import Session
 from advise_ros.recording import platform
 from advise_ros.recording.definitions import definition
 from advise_ros.recording.writer import BagWriter

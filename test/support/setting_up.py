@@ -13,7 +13,8 @@ from typing import Any
 
 import pytest
 
-ROOT = Path(__file__).resolve().parents[2]
+from support.paths import ROOT
+
 MODULES = ('prerequisites', 'shell', 'places', 'packages', 'build', 'setup_env')
 
 

@@ -7,8 +7,8 @@ from collections import deque
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 
-from advise_ros.core.mover import NS, Pose
-from advise_ros.core.seeking import Vector
+from advise_ros.core.flight.leg_follower import NS, Pose
+from advise_ros.core.flight.velocity_law import Vector
 
 TICK_S = 0.02
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from advise_ros.core.demonstration import Audit, Demonstration, EndReason
-from advise_ros.core.grid import N_ACTIONS, Grid, optimal_actions
+from advise_ros.core.demonstrations.demonstration import Audit, Demonstration, EndReason
+from advise_ros.core.grid.grid import N_ACTIONS, Grid, optimal_actions
 
 GRID_4X4 = Grid(2.0, 4, 4, (-1.0, -1.0), 3.0, waypoints=(3, 15, 12, 0))
 STEP_NS = 2_000_000_000

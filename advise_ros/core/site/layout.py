@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from advise_ros.core.grid import N_ACTIONS, Grid
-from advise_ros.core.mdp import occurring
+from advise_ros.core.grid.grid import N_ACTIONS, Grid
+from advise_ros.core.planning.process import occurring
 
 Int32s = npt.NDArray[np.int32]
 Bytes = npt.NDArray[np.uint8]

@@ -19,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import logsumexp
 
-from advise_ros.core.grid import N_ACTIONS
+from advise_ros.core.grid.grid import N_ACTIONS
 from advise_ros.core.numerics import Bools, Floats, Ints
 from advise_ros.core.site.layout import Bytes, Int32s, Layout
 from advise_ros.core.site.search import FAR, all_distances

@@ -11,10 +11,10 @@ from functools import lru_cache
 
 import numpy as np
 
-from advise_ros.core.advice import AdviceRecord, Verdict, active
-from advise_ros.core.counts import Counts
-from advise_ros.core.grid import Grid
-from advise_ros.core.imitation import Imitated
+from advise_ros.core.advice.advice import AdviceRecord, Verdict, active
+from advise_ros.core.advice.imitation import Imitated
+from advise_ros.core.demonstrations.action_counts import Counts
+from advise_ros.core.grid.grid import Grid
 from advise_ros.core.numerics import Ints
 from advise_ros.core.site.belief import SiteAnswer, SiteBelief, believe, tell
 from advise_ros.core.site.layout import layout_of

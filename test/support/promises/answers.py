@@ -9,7 +9,7 @@ from std_srvs.srv import Trigger
 
 from advise_msgs.msg import Advice, LearnerStatus
 from advise_msgs.srv import AnswerQuery
-from advise_ros.core.grid import N_ACTIONS
+from advise_ros.core.grid.grid import N_ACTIONS
 from support.graph import Graph
 from support.learner import Learner, write_grid
 from support.promises.book import Book, Measure

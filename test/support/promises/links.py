@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from advise_ros.core.fence import Fence, fence_around
+from advise_ros.core.guard.fence import Fence, fence_around
 from support.delays import Delay, growing, stalling, steady
 from support.lossy_proxy import GOOD, Wire
 from support.promises.book import Book, Measure

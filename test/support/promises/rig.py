@@ -21,8 +21,8 @@ from std_srvs.srv import Trigger
 
 from advise_msgs.action import Fly
 from advise_msgs.msg import FlightStatus, Policy, VehicleStatus
-from advise_ros.core.grid import Grid
-from advise_ros.core.trial import TrialSettings, fly
+from advise_ros.core.grid.grid import Grid
+from advise_ros.core.people.trial import TrialSettings, fly
 from advise_ros.mavlink import messages as mav
 from advise_ros.middleware import without_shared_memory
 from advise_ros.recording.demofile import save_demonstrations

@@ -1,0 +1,1 @@
+"""What a person says: queries, answers, what they say together, and what is imitated beside them."""

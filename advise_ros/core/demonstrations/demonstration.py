@@ -1,0 +1,104 @@
+"""Demonstrations: what a flight becomes on the grid."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from enum import IntEnum
+
+from advise_ros.core.errors import InputError
+from advise_ros.core.grid.grid import N_ACTIONS, Grid
+
+
+class EndReason(IntEnum):
+    """Why a demonstration's window ended; as advise_msgs/Demonstration.end_reason."""
+
+    FINAL_WAYPOINT = 0
+    LANDED = 1
+    DISARMED = 2
+    STOPPED = 3
+    END_OF_LOG = 4
+    BLOCKED = 5
+
+
+@dataclass(frozen=True)
+class Audit:
+    """What became of the samples; the fields are those of advise_msgs/DiscretisationAudit."""
+
+    samples: int = 0
+    late: int = 0
+    unstamped: int = 0
+    out_of_grid: int = 0
+    cell_skips: int = 0
+    ambiguous_actions: int = 0
+    max_gap_s: float = 0.0
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Demonstration:
+    """One flight as grid states and the actions taken in them.
+
+    Attributes:
+        demonstration_id: unique in a session.
+        source: where it came from.
+        grid: the grid that it lies on.
+        states: (n,) state indices.
+        actions: (n,) action indices.
+        stamps_ns: (n,) when each state was entered.
+        window_ns: first and last stamp of the samples looked at, both included.
+
+    Raises:
+        InputError: lengths differ or an index is out of range.
+    """
+
+    demonstration_id: str
+    source: str
+    grid: Grid
+    states: tuple[int, ...]
+    actions: tuple[int, ...]
+    stamps_ns: tuple[int, ...]
+    window_ns: tuple[int, int]
+    end_reason: EndReason
+    audit: Audit
+
+    def __post_init__(self) -> None:
+        if not len(self.states) == len(self.actions) == len(self.stamps_ns):
+            raise InputError(
+                f'demonstration {self.demonstration_id}: {len(self.states)} states, {len(self.actions)} actions '
+                f'and {len(self.stamps_ns)} stamps; the three must be of one length'
+            )
+        if any(not 0 <= s < self.grid.n_states for s in self.states):
+            raise InputError(f'demonstration {self.demonstration_id}: a state is outside 0 to {self.grid.n_states - 1}')
+        if any(not 0 <= a < N_ACTIONS for a in self.actions):
+            raise InputError(f'demonstration {self.demonstration_id}: an action is outside 0 to {N_ACTIONS - 1}')
+
+
+def standing(demonstrations: tuple[Demonstration, ...]) -> tuple[Demonstration, ...]:
+    """The demonstrations that hold, in order: without those taken back.
+
+    The recorder takes one back by publishing another with the same id and without moves. It is the last one before
+    it with that id that goes: a recorder that was started again counts its flights from 1.
+    """
+    held: list[Demonstration] = []
+    for found in demonstrations:
+        if found.states:
+            held.append(found)
+            continue
+        last = next((i for i in reversed(range(len(held))) if held[i].demonstration_id == found.demonstration_id), None)
+        if last is not None:
+            del held[last]
+    return tuple(held)
+
+
+def known(new: Demonstration, demonstrations: Iterable[Demonstration]) -> bool:
+    """Whether it was heard before, to the last stamp: its publisher has come back, or it is one's own."""
+    return any(_sameness(new) == _sameness(old) for old in demonstrations)
+
+
+def _sameness(demonstration: Demonstration) -> tuple[object, ...]:
+    """The window too: two that are taken back at different times have neither moves nor stamps."""
+    return (
+        demonstration.demonstration_id, demonstration.states, demonstration.actions, demonstration.stamps_ns,
+        demonstration.window_ns,
+    )

@@ -1,0 +1,1 @@
+"""Flying: from a position to a velocity, along legs, routes and whole missions."""

@@ -1,0 +1,1 @@
+"""The grid and the rule that turns positions into cells of it."""

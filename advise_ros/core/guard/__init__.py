@@ -1,0 +1,1 @@
+"""The last check before the vehicle: limits, fence, late and doubtful positions, the way back inside."""

@@ -1,0 +1,1 @@
+"""Solvers of the program behind one call."""

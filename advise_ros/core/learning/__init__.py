@@ -1,0 +1,1 @@
+"""ADVISE, algorithm 1: demonstrations and answers in, policy and next question out."""

@@ -1,0 +1,114 @@
+"""What an answer is worth: how many of the policy's visits it is expected to put right.
+
+Any set of states can be asked about, also part of one that was asked about before. What the answer will be and in
+which of the states it will be right is predicted from the demonstrations (`core/advice/error_model.py`) and the answers so far: a
+state shares the common right action of a set with a probability, its purity, that the demonstrations speak for. Where
+the policy does already what the answer will say, nothing is gained; where a set is mixed, little.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from advise_ros.core.advice.advice import AdviceRecord, active
+from advise_ros.core.advice.answer_beliefs import BY_WORTH, common, heard
+from advise_ros.core.advice.contradictions import preferences
+from advise_ros.core.advice.error_model import log_beliefs, shares
+from advise_ros.core.numerics import Floats, Ints, first_best
+
+# Beliefs take so many moves a state, on average; with fewer, questions go where the policy does.
+MOVES = 5.0
+WITHOUT_BELIEFS = 'occupancy'
+# So much of the weight is spread evenly: where the policy goes changes with the answers.
+ANYWHERE = 0.3
+
+
+def askable(partitions: Sequence[Ints]) -> list[Ints]:
+    """States of each set that may be asked about: the clusters of the partitions (n,), and each state alone."""
+    acting = np.flatnonzero(partitions[0] >= 0)
+    parts = [np.flatnonzero(labels == label) for labels in partitions for label in range(labels.max() + 1)]
+    single = [np.array([state]) for state in acting]
+    return list({part.tobytes(): part for part in (*parts, *single)}.values())
+
+
+def in_effect(acquisition: str, visits: Ints) -> str:
+    """The acquisition that decides, where the states in which one acts have been visited so often (m,)."""
+    few = visits.sum() < MOVES * len(visits)
+    return WITHOUT_BELIEFS if acquisition in BY_WORTH and few else acquisition
+
+
+class Worth(NamedTuple):
+    """What each set of states is worth asking about: the share of the policy's visits put right; 0 once it was asked."""
+
+    sets: list[Ints]
+    gain: Floats
+
+    @property
+    def most(self) -> float:
+        """Of the best question that is left."""
+        return float(self.gain.max(initial=0.0))
+
+    def best(self) -> Ints | None:
+        """States of the best question, ties to the first; None when nothing is to be gained."""
+        if self.most <= 0.0:
+            return None
+        return self.sets[int(first_best(self.gain / self.most))]
+
+
+class Known(NamedTuple):
+    """What is known when a question is chosen.
+
+    Attributes:
+        taken: (n, n_actions) demonstrated actions.
+        favourite: (n,) the actions that are imitated, -1 where none is.
+        greedy: (n,) the policy's actions.
+        occupancy: (n,) visits that it is expected to pay.
+        log: everything that was said.
+        held: the answers that hold.
+        advice: in the states where they stand in the place of what is imitated.
+    """
+
+    taken: Ints
+    favourite: Ints
+    greedy: Ints
+    occupancy: Floats
+    log: tuple[AdviceRecord, ...]
+    held: tuple[AdviceRecord, ...]
+    advice: tuple[AdviceRecord, ...]
+
+
+def worth(partitions: Sequence[Ints], known: Known) -> Worth:
+    """What each question is worth.
+
+    Args:
+        partitions: clusters (n,), -1 where nobody acts.
+        known: demonstrations, policy and answers.
+    """
+    acting, sets = partitions[0] >= 0, askable(partitions)
+    logs = heard(log_beliefs(known.taken), known.held)
+    visits = np.where(acting, known.occupancy, 0.0)
+    visits = (1.0 - ANYWHERE) * visits / max(visits.sum(), np.finfo(float).tiny) + ANYWHERE * acting / acting.sum()
+    asked = {record.states for record in active(known.log)}
+    gains = _gains(sets, logs, _standing(known), visits)
+    return Worth(sets, np.where([tuple(states.tolist()) in asked for states in sets], 0.0, gains))
+
+
+def _standing(known: Known) -> Ints:
+    """(n,) what is to be done as far as anyone said or showed it, and what the policy does elsewhere."""
+    current = np.where(known.favourite >= 0, known.favourite, known.greedy)
+    for state, preference in preferences(known.advice).items():
+        current[state] = preference.preferred[0]
+    return current
+
+
+def _gains(sets: Sequence[Ints], logs: Floats, current: Ints, visits: Floats) -> Floats:
+    beliefs = shares(logs)
+    # Who is asked about one state alone answers for it.
+    alone = visits * (1.0 - beliefs[np.arange(len(beliefs)), current])
+    return np.array([
+        alone[states[0]] if len(states) == 1 else common(beliefs[states]).gain(current[states], visits[states])
+        for states in sets
+    ])

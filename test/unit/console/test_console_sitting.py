@@ -1,0 +1,129 @@
+"""The keys of a person at a terminal, and what the screen shows of them, without a terminal or a graph."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Mapping
+from concurrent.futures import Future
+from typing import Any
+
+import pytest
+from rich.console import Console
+
+from advise_ros.console import views
+from advise_ros.console.board import Board
+from advise_ros.console.keyboard import decode
+from advise_ros.console.screen import screen
+from advise_ros.console.sitting import Sitting
+from advise_ros.core.advice.advice import Verdict
+from advise_ros.core.demonstrations.action_counts import count
+from advise_ros.ros import convert_advice
+from support.learning import ready
+
+
+class NoDesk:
+    """Notes what is asked of it; nothing is ever replied."""
+
+    def __init__(self) -> None:
+        self.asked: list[tuple[str, Mapping[str, Any]]] = []
+
+    def act(self, name: str, given: Mapping[str, Any]) -> Future[dict[str, Any]]:
+        self.asked.append((name, given))
+        return Future()
+
+
+class Seat:
+    """A sitting before a question of a real session."""
+
+    def __init__(self) -> None:
+        session = ready()
+        learned, query, taken = session.learned, session.query, count(session.grid, session.demonstrations)
+        assert learned is not None and query is not None
+        policy = convert_advice.policy_to_msg(learned, 0)
+        self.board, self.desk, self.grid, self.query = Board(), NoDesk(), session.grid, query
+        self.sitting = Sitting(self.desk, 'Anna')  # type: ignore[arg-type]
+        self.board.put('map', views.map_view(session.grid))
+        self.board.put('flown', views.flown_view(session.grid, session.demonstrations))
+        self.board.put('policy', views.policy_view(policy, session.grid, taken, learned.settings))
+        self.board.put('query', views.query_view(query, views.moments_of(query, session.grid, session.demonstrations)))
+        self.sitting.hear(self.board.sections)
+
+    def type(self, keys: bytes) -> None:
+        meant, rest = decode(keys)
+        assert not rest
+        for one in meant:
+            self.sitting.key(one)
+
+    def sees(self) -> str:
+        console = Console(width=160, record=True, file=io.StringIO())
+        console.print(screen(self.board.sections, self.sitting, '/advise/answer', '/'))
+        return console.export_text()
+
+
+@pytest.fixture
+def seat() -> Seat:
+    return Seat()
+
+
+def test_a_split_is_drawn_by_arrows_and_sent(seat: Seat) -> None:
+    seat.type(b'm\r')
+    assert not seat.desk.asked, 'nothing is marked yet'
+    seat.type(b'x')
+    drawing = seat.sitting.drawing
+    assert drawing is not None and drawing.part == {drawing.layer * seat.grid.n_cells + drawing.cell}
+    assert '+' in seat.sees() and f'You say: 1 of {len(seat.query.states)} cells goes another way' in seat.sees()
+    marked = sorted(drawing.part)
+    seat.type(b'\r')
+    ((name, given),) = seat.desk.asked
+    assert (name, given['verdict'], given['part'], given['preferred']) == ('answer', Verdict.SPLIT, marked, [])
+    assert seat.sitting.drawing is None
+
+
+def test_the_cursor_stays_on_the_map_and_marks_only_what_is_asked(seat: Seat) -> None:
+    seat.type(b'm' + 9 * b'l' + 9 * b'k')
+    drawing = seat.sitting.drawing
+    assert drawing is not None and drawing.cell == seat.grid.n_cells - 1
+    not_asked = next(state for state in range(seat.grid.n_states) if state not in seat.query.states)
+    drawing.layer, drawing.cell = divmod(not_asked, seat.grid.n_cells)
+    seat.type(b'x')
+    assert not drawing.part
+    seat.type(b'\x7f')
+    assert seat.sitting.drawing is None
+    seat.type(b'ms')
+    assert seat.desk.asked[-1][1]['verdict'] == Verdict.MIXED
+
+
+def test_flown_moments_and_the_heat_are_shown_in_turn(seat: Seat) -> None:
+    moments = seat.board.sections['query'].value['moments']
+    for number, moment in enumerate(moments, start=1):
+        seat.type(b'r')
+        assert f'{moment["id"]} ({number} of {len(moments)})' in seat.sees()
+        assert seat.sitting.layer == moment['layer']
+    seat.type(b'r')
+    assert seat.sitting.moment == -1
+    seat.type(b'v')
+    assert '0 sure … 9 unsure' in seat.sees()
+
+
+@pytest.mark.parametrize(('key', 'act'), [
+    (b' ', 'hold'), (b'f', 'fly'), (b'T', 'takeoff'), (b'G', 'land'), (b'R', 'record_start'), (b'S', 'record_stop'),
+    (b'D', 'record_discard'),
+])  # fmt: skip
+def test_the_drone_is_a_key_away(seat: Seat, key: bytes, act: str) -> None:
+    seat.type(key)
+    assert seat.desk.asked == [(act, {})]
+
+
+def test_troubles_and_gains_are_told(seat: Seat) -> None:
+    told = (('guard', 'warn', 'the fence stops'), ('advise', 'silent', 'asks'), ('recorder', 'ok', 'all is well'))
+    seat.board.put('nodes', [{'name': name, 'level': level, 'message': message} for name, level, message in told])
+    entry = {
+        'id': 1, 'query': 1, 'states': [0], 'preferred': [1], 'avoided': [3], 'verdict': 0, 'by': 'Anna', 'entry': 1,
+        'retracted': False, 'back': 0,
+    }
+    seat.board.put('log', [entry])
+    seat.board.put('gains', {'since': 0, 'gains': [{'entry': 1, 'changed': 5, 'success': 0.25, 'reaches': False}]})
+    seen = seat.sees()
+    assert '! guard: the fence stops' in seen and '! advise: silent; it said last: asks' in seen
+    assert '1: EAST, not WEST, Anna' in seen and 'changed 5 cells, then 25 % expected' in seen
+    assert 'all is well' not in seen

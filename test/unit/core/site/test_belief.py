@@ -1,0 +1,121 @@
+"""What is believed of a site: held against enumeration, hidden areas and other people."""
+
+from __future__ import annotations
+
+from itertools import product
+
+import numpy as np
+import pytest
+
+from advise_ros.core.advice.advice import Query
+from advise_ros.core.demonstrations.action_counts import count
+from advise_ros.core.grid.grid import Grid
+from advise_ros.core.site.belief import CELL_PRICE, SamplerSettings, SiteAnswer, SiteBelief, believe, problem_of, tell
+from advise_ros.core.site.chain import new_chain
+from advise_ros.core.site.keep import as_prior, for_route
+from advise_ros.core.site.layout import layout_of
+from advise_ros.core.site.pilots import PILOTS, moves_of
+from advise_ros.core.site.plan import plan
+from advise_ros.core.site.questions import ENOUGH, next_question
+from advise_ros.core.site.tempering import TEMPERATURES, draw
+from advise_ros.experiments.sites import expert_of, flights_of, judge, other_route, pilot_of, random_site, site_with
+
+# A road of one cell's width through the middle, open at its north end: a row of cells that the map does not tell of.
+GRID = Grid(2.0, 6, 6, (0.0, 0.0), 5.0, (5, 35, 30, 0))
+
+
+@pytest.mark.parametrize('pilot', PILOTS, ids=lambda pilot: pilot.name)
+def test_maps_are_drawn_as_often_as_they_are_likely(pilot: object) -> None:
+    grid = Grid(1.0, 3, 3, (0.0, 0.0), 5.0, (2, 6))
+    layout, rng = layout_of(grid), np.random.default_rng(1)
+    taken = rng.poisson(1.0, (layout.n_states, 4)) * (layout.acting > 0)[:, None]
+    problem = problem_of(layout, moves_of(layout, taken), pilot, (), np.full(9, 0.8))
+    free = np.flatnonzero(layout.open_cells == 0)
+    maps = np.zeros((2 ** len(free), 9), dtype=np.uint8)
+    maps[:, free] = list(product((0, 1), repeat=len(free)))
+    levels = np.array([new_chain(problem, one).total.sum() for one in maps])
+    exact = np.exp(levels - levels.max()) / np.exp(levels - levels.max()).sum()
+    draws = draw(problem, np.zeros((len(TEMPERATURES), 9), dtype=np.uint8), 400_000, 4000, rng, fresh=True)
+    drawn = draws.maps.mean(axis=0)
+    assert np.abs(drawn - exact @ maps).max() < 0.06
+    assert np.array_equal(draws.best, maps[levels.argmax()])
+
+
+def learnt(seed: int, kind: str = 'errs') -> tuple[object, SiteBelief]:
+    site = random_site('6x6-4', np.random.default_rng([seed, 0]))
+    pilot = pilot_of(site, kind, 0.4, 0.2, np.random.default_rng([seed, 1]))
+    taken = count(site.grid, flights_of(site, pilot, 5)).taken
+    return site, believe(layout_of(site.grid), taken, (), np.random.default_rng([seed, 2]))
+
+
+def test_clumsy_flights_show_where_a_person_does_not_want_to_be() -> None:
+    successes, planners = 0, 0
+    for seed in range(6):
+        site, belief = learnt(seed)
+        layout = layout_of(site.grid)
+        successes += judge(site, plan(layout, belief.keep_out).greedy).success
+        planners += judge(site, plan(layout, np.zeros(layout.n_cells)).greedy).success
+    assert successes >= 5
+    assert planners <= 1
+
+
+def test_a_person_who_errs_the_less_the_more_it_costs_is_recognised() -> None:
+    assert learnt(3)[1].pilots[0].pilot.name in ('shy', 'bold')
+    assert learnt(3, 'soft')[1].pilots[0].pilot.name == 'soft'
+
+
+def test_where_the_map_says_all_nothing_is_forbidden() -> None:
+    site = site_with(GRID, np.zeros(36, dtype=np.uint8))
+    pilot = pilot_of(site, 'errs', 0.4, 0.2, np.random.default_rng(5))
+    layout = layout_of(GRID)
+    belief = believe(layout, count(GRID, flights_of(site, pilot, 5)).taken, (), np.random.default_rng(6))
+    assert judge(site, plan(layout, belief.keep_out).greedy).success
+
+
+def test_without_a_flight_the_plan_is_the_planner_and_answers_alone_teach() -> None:
+    keep_out = np.zeros(36, dtype=np.uint8)
+    keep_out[[2, 3, 8, 9]] = 1
+    site, layout, rng = site_with(GRID, keep_out), layout_of(GRID), np.random.default_rng(7)
+    belief = believe(layout, np.zeros((layout.n_states, 4), dtype=np.int64), (), rng, SamplerSettings(maps=40))
+    assert plan(layout, belief.keep_out).steps >= plan(layout, np.zeros(36)).steps
+    expert = expert_of(site, 0.0, rng)
+    for _ in range(6):
+        question = next_question(layout, belief, rng)
+        if question is None or question.worth < ENOUGH:
+            break
+        answer = expert.answer(Query(1, 1, question.states, 0.0, 0.0, 0.0, (), (), (), -1, ''))
+        belief = tell(layout, belief, SiteAnswer(question.states, answer.preferred, answer.avoided), rng)
+    assert judge(site, plan(layout, belief.keep_out).greedy).success
+
+
+def test_the_same_flights_answers_and_seed_give_the_same_maps() -> None:
+    one, two = learnt(2)[1], learnt(2)[1]
+    assert np.array_equal(one.maps, two.maps)
+    assert [pilot.level for pilot in one.pilots] == [pilot.level for pilot in two.pilots]
+
+
+def test_what_was_learnt_serves_another_route_without_a_flight() -> None:
+    site, belief = learnt(1)
+    other = other_route(site, np.random.default_rng(0))
+    assert other is not None
+    layout = layout_of(other.grid)
+    assert not judge(other, plan(layout, np.zeros(layout.n_cells)).greedy).success
+    assert judge(other, plan(layout, for_route(belief, layout).keep_out).greedy).success
+
+
+def test_a_kept_map_is_a_prior_that_doubts_and_forgets_nothing() -> None:
+    odds = as_prior(np.array([0.0, 0.5, 1.0, np.nan]))
+    assert odds[1] == 0.0
+    assert odds[0] == pytest.approx(-odds[2])
+    assert odds[0] > 3.0
+    assert odds[3] == CELL_PRICE
+
+
+def test_a_question_is_about_few_cells_of_one_layer() -> None:
+    for seed in range(4):
+        site, belief = learnt(seed)
+        question = next_question(layout_of(site.grid), belief, np.random.default_rng(0))
+        if question is not None:
+            assert len({state // site.grid.n_cells for state in question.states}) == 1
+            assert len(question.states) <= 6
+            assert question.worth > 0.0

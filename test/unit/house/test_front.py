@@ -1,0 +1,40 @@
+"""Ctrl-C or SIGTERM at any moment of an executable's life: while its libraries are read, and in it."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+from importlib.metadata import distribution
+from pathlib import Path
+
+import pytest
+
+from support.paths import ROOT
+
+WAIT = "import signal; print('here', flush=True); signal.pause()"
+MODULES = {
+    'slow_to_read': f'{WAIT}\ndef main():\n    raise AssertionError',
+    'at_work': f'def main():\n    {WAIT}',
+}
+
+
+@pytest.mark.parametrize('module', MODULES)
+@pytest.mark.parametrize(('number', 'code'), [(signal.SIGINT, 0), (signal.SIGTERM, 130)])
+def test_an_interruption_is_no_traceback(module: str, number: signal.Signals, code: int, tmp_path: Path) -> None:
+    (tmp_path / 'package').mkdir()
+    for name, text in MODULES.items():
+        (tmp_path / 'package' / f'{name}.py').write_text(text)
+    start = f"import sys; sys.path[:0] = [{str(ROOT)!r}]; from advise_ros.front import Front; Front('package', {code}).{module}()"
+    with subprocess.Popen([sys.executable, '-c', start], cwd=tmp_path, stdout=-1, stderr=-1, text=True) as process:
+        assert process.stdout is not None
+        assert process.stdout.readline() == 'here\n'
+        process.send_signal(number)
+        _, said = process.communicate(timeout=60)
+    assert (process.returncode, said) == (code, '')
+
+
+def test_every_executable_begins_there() -> None:
+    begun = {point.name: point.value for point in distribution('advise_ros').entry_points if point.group == 'console_scripts'}
+    assert begun['policy'] == 'advise_ros.front:nodes.policy'
+    assert {value.rpartition('.')[0] for value in begun.values()} == {'advise_ros.front:nodes', 'advise_ros.front:commands'}

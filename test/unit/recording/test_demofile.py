@@ -1,0 +1,101 @@
+"""The demonstrations file."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from advise_ros.core.demonstrations.demonstration import Demonstration, known, standing
+from advise_ros.core.demonstrations.discretise import DiscretiseSettings
+from advise_ros.core.demonstrations.recorded_flights import demonstrations_of
+from advise_ros.core.errors import InputError
+from advise_ros.recording.demofile import load_demonstrations, save_demonstrations, to_record
+from support.flown import GRID, flight, joined, round_trip
+
+
+def two() -> tuple[Demonstration, ...]:
+    recording = joined(flight(GRID, round_trip()), flight(GRID, round_trip()[:3], start_ns=10**13))
+    return demonstrations_of(GRID, recording, DiscretiseSettings()).demonstrations
+
+
+def test_what_is_written_is_read_back(tmp_path: Path) -> None:
+    path = tmp_path / 'demos.json'
+    save_demonstrations(path, two())
+    assert load_demonstrations(path, GRID) == two()
+    first = json.loads(path.read_text())[0]
+    assert {'id', 'source', 'states', 'actions', 'stamps_ns', 'audit'} <= first.keys()
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_the_fields_of_the_format_are_enough(tmp_path: Path) -> None:
+    path = tmp_path / 'demos.json'
+    path.write_text(json.dumps([{'id': 'a', 'source': 'hand', 'states': [0], 'actions': [1], 'stamps_ns': [7], 'audit': {}}]))
+    (found,) = load_demonstrations(path, GRID)
+    assert found.states == (0,) and found.window_ns == (7, 7)
+
+
+@pytest.mark.parametrize(
+    ('change', 'expected'),
+    [
+        ({'states': [999]}, 'made with another grid'),
+        ({'actions': [4]}, 'an action is outside'),
+        ({'actions': []}, 'must be of one length'),
+        ({'actions': ['N']}, 'not a list of whole numbers'),
+        ({'states': None}, 'not a list of whole numbers'),
+        ({'end_reason': 'TIRED'}, "'TIRED' is missing or unknown"),
+        ({'audit': 3}, 'entry 0 is malformed'),
+        ({'audit': {'late': 'few'}}, 'not a number'),
+        ({'window_ns': [1]}, 'not a pair'),
+    ],
+)
+def test_malformed_entries_are_named(tmp_path: Path, change: dict[str, Any], expected: str) -> None:
+    path = tmp_path / 'demos.json'
+    record = {**to_record(two()[0]), 'states': [0], 'actions': [1], 'stamps_ns': [7], **change}
+    path.write_text(json.dumps([record]))
+    with pytest.raises(InputError) as caught:
+        load_demonstrations(path, GRID)
+    assert expected in str(caught.value) and str(path) in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ('text', 'expected'),
+    [('{', 'not JSON'), ('{}', 'not a list'), ('[3]', 'entry 0 is malformed'), ('[{}]', "'stamps_ns' is missing")],
+)
+def test_other_files_are_refused(tmp_path: Path, text: str, expected: str) -> None:
+    path = tmp_path / 'demos.json'
+    path.write_text(text)
+    with pytest.raises(InputError, match=expected):
+        load_demonstrations(path, GRID)
+
+
+def test_files_that_cannot_be_used(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match='no such file'):
+        load_demonstrations(tmp_path / 'none.json', GRID)
+    with pytest.raises(InputError, match='cannot be written'):
+        save_demonstrations(tmp_path / 'no' / 'where.json', two())
+
+
+def test_a_demonstration_without_moves_takes_its_namesake_back() -> None:
+    first, second = two()
+    empty = Demonstration(first.demonstration_id, '', GRID, (), (), (), (0, 0), first.end_reason, first.audit)
+    assert standing((first, second, empty)) == (second,)
+    assert standing((empty, first)) == (first,)
+
+
+def test_of_two_namesakes_the_later_one_is_taken_back_first() -> None:
+    """A recorder that was started again, or a file: its flights are counted from 1 too."""
+    first, second = two()
+    namesake = replace(second, demonstration_id=first.demonstration_id)
+    empty = Demonstration(first.demonstration_id, '', GRID, (), (), (), (0, 0), first.end_reason, first.audit)
+    assert standing((first, namesake, empty)) == (first,)
+    assert standing((first, namesake, empty, empty)) == ()
+    assert standing((first, empty, namesake)) == (namesake,)
+
+
+def test_what_comes_again_is_known_by_all_its_stamps() -> None:
+    first, second = two()
+    assert known(first, (second, first))
+    assert not known(first, (second,))
+    assert not known(replace(first, window_ns=(0, 1)), (first,))

@@ -1,0 +1,114 @@
+"""Positions in PX4's own messages: of two versions, in sqlite3 and MCAP, with the definitions that the bags hold."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from rosbags.rosbag2 import StoragePlugin, Writer
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+
+from advise_ros.core.demonstrations.discretise import DiscretiseSettings
+from advise_ros.core.demonstrations.recorded_flights import demonstrations_of
+from advise_ros.core.errors import LogError
+from advise_ros.recording.bags import read_bag
+from support.flown import GRID, flight, round_trip
+
+# Fields of px4_msgs in their order, as docs.px4.io lists them; those behind the position are of no use here.
+NEW_ODOMETRY = """uint32 MESSAGE_VERSION = 0
+uint64 timestamp
+uint64 timestamp_sample
+uint8 POSE_FRAME_NED = 1
+uint8 POSE_FRAME_FRD = 2
+uint8 pose_frame
+float32[3] position
+float32[4] q
+uint8 velocity_frame
+float32[3] velocity
+"""
+OLD_ODOMETRY = """uint64 timestamp
+uint8 LOCAL_FRAME_NED=0
+uint8 local_frame
+float32 x
+float32 y
+float32 z
+float32[4] q
+"""
+LOCAL_POSITION = """uint64 timestamp
+uint64 timestamp_sample
+bool xy_valid
+bool z_valid
+bool v_xy_valid
+bool v_z_valid
+float32 x
+float32 y
+float32 z
+float32[2] delta_xy
+uint8 xy_reset_counter
+"""
+ODOMETRY, LOCAL = 'px4_msgs/msg/VehicleOdometry', 'px4_msgs/msg/VehicleLocalPosition'
+FLOWN = flight(GRID, round_trip())
+STAMPS_NS = FLOWN.poses.stamps_ns // 1000 * 1000
+EAST, NORTH, UP = FLOWN.poses.positions_enu_m.astype(np.float32).astype(np.float64).T
+
+
+def bag(path: Path, topic: str, kind: str, text: str, fields: Any, plugin: StoragePlugin = StoragePlugin.MCAP) -> Path:
+    """One message for each flown position; `fields` gives the values that are not 0, from north, east, down."""
+    store = get_typestore(Stores.EMPTY)
+    store.register(get_types_from_msg(text, kind))
+    shapes = {'position': 3, 'q': 4, 'velocity': 3, 'delta_xy': 2}
+    with Writer(path, version=9, storage_plugin=plugin) as writer:
+        connection = writer.add_connection(topic, kind, typestore=store)
+        for stamp_ns, east, north, up in zip(STAMPS_NS.tolist(), EAST, NORTH, UP, strict=True):
+            zeros = {name: np.zeros(shapes[name], np.float32) if name in shapes else 0 for name, _ in store.fielddefs[kind][1]}
+            values = {**zeros, 'timestamp': stamp_ns // 1000, **fields(north, east, -up)}
+            writer.write(connection, stamp_ns, store.serialize_cdr(store.types[kind](**values), kind))
+    return path
+
+
+def new_odometry(*ned: float, frame: int = 1) -> dict[str, Any]:
+    return {'pose_frame': frame, 'position': np.array(ned, np.float32)}
+
+
+def old_odometry(north: float, east: float, down: float) -> dict[str, Any]:
+    return {'x': north, 'y': east, 'z': down}
+
+
+def local_position(north: float, east: float, down: float) -> dict[str, Any]:
+    return {'xy_valid': True, 'z_valid': True, 'x': north, 'y': east, 'z': down}
+
+
+@pytest.mark.parametrize('plugin', list(StoragePlugin))
+@pytest.mark.parametrize(('topic', 'kind', 'text', 'fields'), [
+    ('/fmu/out/vehicle_odometry', ODOMETRY, NEW_ODOMETRY, new_odometry),
+    ('/drone1/fmu/out/vehicle_odometry', ODOMETRY, OLD_ODOMETRY, old_odometry),
+    ('/fmu/out/vehicle_local_position', LOCAL, LOCAL_POSITION, local_position),
+])
+def test_positions_come_out_east_north_up(
+    tmp_path: Path, topic: str, kind: str, text: str, fields: Any, plugin: StoragePlugin,
+) -> None:
+    found = read_bag(bag(tmp_path / 'bag', topic, kind, text, fields, plugin))
+    assert (found.poses.stamps_ns == STAMPS_NS).all()
+    assert (found.poses.positions_enu_m == np.stack([EAST, NORTH, UP], axis=1)).all()
+    (demonstration,) = demonstrations_of(GRID, found, DiscretiseSettings()).demonstrations
+    assert len(demonstration.states) == len(round_trip()) - 1
+
+
+def test_positions_that_px4_calls_invalid_are_no_numbers(tmp_path: Path) -> None:
+    def fields(*ned: float) -> dict[str, Any]:
+        return {**local_position(*ned), 'z_valid': -ned[2] > 1.0}
+
+    found = read_bag(bag(tmp_path / 'bag', '/fmu/out/vehicle_local_position', LOCAL, LOCAL_POSITION, fields))
+    numbers = np.isfinite(found.poses.positions_enu_m).all(axis=1)
+    assert (numbers == (UP > 1.0)).all() and 0 < numbers.sum() < len(UP)
+
+
+def test_what_cannot_be_used_is_told(tmp_path: Path) -> None:
+    topic = '/fmu/out/vehicle_odometry'
+    turned = bag(tmp_path / 'turned', topic, ODOMETRY, NEW_ODOMETRY, lambda *ned: new_odometry(*ned, frame=2))
+    with pytest.raises(LogError, match="in frame 'PX4 frame 2', not 'map'"):
+        read_bag(turned)
+    text = 'uint64 timestamp\nuint8 pose_frame\n'
+    elsewhere = bag(tmp_path / 'other', topic, ODOMETRY, text, lambda *ned: {})
+    with pytest.raises(LogError, match='does not tell where px4_msgs/msg/VehicleOdometry has its stamp and position'):
+        read_bag(elsewhere)
