@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import _thread
 import json
-import signal
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -136,15 +134,6 @@ def test_a_vehicle_that_is_armed_meanwhile_gets_no_more(tmp_path: Path, capsys: 
     assert 'not written  GF_MAX_VER_DIST' in said
 
 
-@pytest.fixture
-def interruptible() -> Iterator[None]:
-    """Ctrl-C reaches this process, also where a runner of tests ignores it."""
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
-    yield
-    signal.signal(signal.SIGINT, before)
-
-
-@pytest.mark.usefixtures('interruptible')
 def test_interrupted_it_says_how_far_it_came_and_nothing_is_lost(tmp_path: Path, capsys: Capture) -> None:
     port, file, second = reserve.free_udp_port(), tmp_path / 'old.json', tmp_path / 'second.json'
     interrupted: list[str] = []
