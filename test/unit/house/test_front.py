@@ -30,7 +30,10 @@ def test_an_interruption_is_no_traceback(module: str, number: signal.Signals, co
         assert process.stdout is not None
         assert process.stdout.readline() == 'here\n'
         process.send_signal(number)
-        _, said = process.communicate(timeout=60)
+        try:
+            _, said = process.communicate(timeout=60)
+        finally:
+            process.kill()
     assert (process.returncode, said) == (code, '')
 
 
