@@ -15,7 +15,7 @@ from advise_ros.core.advice.advice import AdviceRecord, Query, Verdict
 from advise_ros.core.demonstrations.action_counts import Counts, count
 from advise_ros.core.demonstrations.demonstration import Demonstration
 from advise_ros.core.grid.grid import N_ACTIONS, Grid
-from advise_ros.core.learning.learner import LearnSettings
+from advise_ros.core.irl.settings import LearnSettings
 from advise_ros.core.numerics import Floats
 from advise_ros.core.planning.expected_success import expected_success
 from advise_ros.core.planning.process import terminal

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from typing import TYPE_CHECKING
 
 from geometry_msgs.msg import Point
 from std_msgs.msg import ColorRGBA
@@ -10,8 +11,10 @@ from visualization_msgs.msg import Marker, MarkerArray
 
 from advise_ros.core.advice.advice import Query
 from advise_ros.core.grid.grid import ACTION_STEP, Grid
-from advise_ros.core.learning.learner import Learned
 from advise_ros.ros.convert import MAP_FRAME, stamp_from_ns
+
+if TYPE_CHECKING:  # The recorder draws the track, and needs no learner.
+    from advise_ros.core.learning.learner import Learned
 
 # One colour a layer (the next waypoint), repeated when there are more; a palette that colour-blind people tell apart.
 LAYER_COLOURS = ((0.90, 0.62, 0.0), (0.34, 0.71, 0.91), (0.0, 0.62, 0.45), (0.80, 0.47, 0.65), (0.94, 0.89, 0.26))

@@ -10,7 +10,7 @@ from collections.abc import Iterable
 from dataclasses import replace
 from itertools import groupby
 
-from scipy.stats import binom
+from scipy.special import bdtr
 
 from advise_ros.core.advice.advice import AdviceRecord, Verdict, active
 from advise_ros.core.numerics import Ints
@@ -37,7 +37,7 @@ def doubtful(taken: Ints, record: AdviceRecord) -> bool:
         record: an answer.
     """
     preferred, moves = support(taken, record)
-    return bool(moves > 0 and binom.cdf(preferred, moves, RIGHT) < CHANCE)
+    return bool(moves > 0 and bdtr(preferred, moves, RIGHT) < CHANCE)
 
 
 def unconfirmed(log: tuple[AdviceRecord, ...], taken: Ints) -> AdviceRecord | None:

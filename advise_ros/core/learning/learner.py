@@ -25,7 +25,7 @@ from advise_ros.core.questions.expected_corrections import in_effect
 from advise_ros.core.questions.grid_clusters import cluster_states, split
 from advise_ros.core.questions.select import Numbering, Situation, drawn, mixed, next_query
 from advise_ros.core.questions.uncertainty import uncertainty
-from advise_ros.core.site.within_advise import SITE, belief_of, imitate
+from advise_ros.core.site import SITE
 
 __all__ = ['LearnSettings', 'Learned', 'learn']
 
@@ -132,8 +132,14 @@ def learn(  # noqa: PLR0913 - evidence and numbering of a session
     if settings.confirms:
         advice = agreed(advice, counts.taken)
     asks = replace(settings, acquisition=in_effect(settings.acquisition, counts.visits[occurring(grid)]))
-    belief = belief_of(grid, counts, log, settings.seed) if settings.acquisition == SITE else None
-    favourite, advice = imitated(asks.acquisition, counts, advice) if belief is None else imitate(grid, belief, advice)
+    belief = None
+    if settings.acquisition == SITE:
+        from advise_ros.core.site.within_advise import belief_of, imitate  # noqa: PLC0415 - compiled loops: half a second
+
+        belief = belief_of(grid, counts, log, settings.seed)
+        favourite, advice = imitate(grid, belief, advice)
+    else:
+        favourite, advice = imitated(asks.acquisition, counts, advice)
     inferred = infer(mdp, favourite, advice, settings, earlier)
     unsure = uncertainty(demonstrated, inferred.probabilities, settings.w_p)
     clusters = cluster_states(grid, counts, settings)

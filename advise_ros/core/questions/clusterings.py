@@ -8,7 +8,6 @@ from typing import NamedTuple
 
 import numpy as np
 from scipy import sparse
-from sklearn.cluster import AgglomerativeClustering
 
 from advise_ros.core.numerics import Floats, Ints
 from advise_ros.core.planning.process import Mdp
@@ -70,6 +69,8 @@ def _connected(terrain: Terrain, wanted: Wanted) -> Ints:
     with warnings.catch_warnings():
         # Parts of a process that no move joins are joined where they are nearest, once their insides are.
         warnings.filterwarnings('ignore', message='the number of connected components', category=UserWarning)
+        from sklearn.cluster import AgglomerativeClustering  # noqa: PLC0415 - a second to import, and most nodes never cluster
+
         fitted = AgglomerativeClustering(number, linkage='ward', connectivity=neighbours(terrain)).fit(points)
     return fitted.labels_.astype(np.int64)
 

@@ -18,7 +18,6 @@ from typing import NamedTuple
 
 import numpy as np
 from scipy.special import gammaln
-from sklearn.cluster import MiniBatchKMeans
 
 from advise_ros.core.numerics import Floats, Ints, first_best
 
@@ -108,6 +107,8 @@ def _alone(counts: Floats, structure: Floats) -> _Groups:
 def _grouped(counts: Floats, structure: Floats) -> Ints:
     """(m,) small groups, numbered without a gap."""
     points = np.hstack([(counts + 1.0) / (counts + 1.0).sum(axis=1, keepdims=True), structure])
+    from sklearn.cluster import MiniBatchKMeans  # noqa: PLC0415 - a second to import, and most nodes never cluster
+
     fitted = MiniBatchKMeans(MOST // 2, n_init=1, batch_size=4096, random_state=0).fit(points)
     _, group = np.unique(fitted.labels_, return_inverse=True)
     return group.astype(np.int64)

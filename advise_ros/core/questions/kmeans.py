@@ -5,7 +5,6 @@ from __future__ import annotations
 from functools import lru_cache
 
 import numpy as np
-from sklearn.cluster import KMeans
 from threadpoolctl import ThreadpoolController
 
 from advise_ros.core.numerics import Floats, Ints
@@ -26,6 +25,8 @@ def k_means(points: Floats, k: int, seed: int) -> Ints:
 def _fit(points: bytes, weights: tuple[int, ...], k: int, seed: int) -> tuple[int, ...]:
     """Remembered, because answers change neither the demonstrations nor their clusters."""
     rows = np.frombuffer(points).reshape(len(weights), -1)
+    from sklearn.cluster import KMeans  # noqa: PLC0415 - a second to import, and most nodes never cluster
+
     # Threads that wait for each other take fifty times the time of one where other programs are at work too.
     with _threads().limit(limits=1, user_api='openmp'):
         fitted = KMeans(k, n_init=4, random_state=seed).fit(rows, sample_weight=weights)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from types import ModuleType
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -22,8 +23,9 @@ from advise_ros.core.questions.expected_corrections import Known, Worth, worth
 from advise_ros.core.questions.grid_clusters import finer_clusters
 from advise_ros.core.questions.uncertainty import Uncertainty, sources
 from advise_ros.core.questions.wording import Asked, question
-from advise_ros.core.site.belief import SiteBelief
-from advise_ros.core.site.within_advise import ask, enough_of
+
+if TYPE_CHECKING:
+    from advise_ros.core.site.belief import SiteBelief
 
 
 class Situation(NamedTuple):
@@ -72,10 +74,16 @@ def next_query(situation: Situation, log: tuple[AdviceRecord, ...], numbering: N
     again = unconfirmed(log, situation.counts.taken) if settings.confirms else None
     if again is not None:
         return Asking(_query(situation, np.array(again.states), log, numbering, again), prospect.left, False)
-    enough = settings.enough if situation.belief is None else enough_of(settings.enough)
+    enough = settings.enough if situation.belief is None else _within_advise().enough_of(settings.enough)
     if prospect.states is None or prospect.left < enough:
         return Asking(None, prospect.left, prospect.states is not None or situation.belief is not None)
     return Asking(_query(situation, prospect.states, log, numbering), prospect.left, False)
+
+
+def _within_advise() -> ModuleType:
+    from advise_ros.core.site import within_advise  # noqa: PLC0415 - compiled loops take half a second to import
+
+    return within_advise
 
 
 class _Prospect(NamedTuple):
@@ -87,7 +95,7 @@ class _Prospect(NamedTuple):
 
 def _prospect(situation: Situation, log: tuple[AdviceRecord, ...]) -> _Prospect:
     if situation.belief is not None:
-        question = ask(situation.grid, situation.belief, log, situation.settings.seed)
+        question = _within_advise().ask(situation.grid, situation.belief, log, situation.settings.seed)
         return _Prospect(None, 0.0) if question is None else _Prospect(np.array(question.states), question.worth)
     if situation.settings.acquisition in BY_WORTH:
         found = _worth(situation, log)

@@ -3,3 +3,6 @@
 `layout` is the site and its route as arrays, `search` the ways over it, `pilots` how people fly, `chain`, `proposals` and
 `tempering` sample maps that explain the flights, `belief` puts them together, `plan` flies by a belief, `questions` asks.
 """
+
+# The acquisition that learns and asks so.
+SITE = 'site'

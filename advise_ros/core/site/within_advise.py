@@ -21,9 +21,6 @@ from advise_ros.core.site.layout import layout_of
 from advise_ros.core.site.plan import plan
 from advise_ros.core.site.questions import ENOUGH, SiteQuestion, next_question
 
-# The acquisition that learns and asks so.
-SITE = 'site'
-
 
 def belief_of(grid: Grid, counts: Counts, log: tuple[AdviceRecord, ...], seed: int) -> SiteBelief:
     """What flights and the answers that hold say of the site; a function of these alone.
