@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 import subprocess
-import sys
 from pathlib import Path
 
 import yaml
@@ -15,24 +14,12 @@ from support.paths import ROOT
 README = (ROOT / 'README.md').read_text(encoding='utf-8')
 
 
-def test_parameter_tables_are_those_of_the_configuration() -> None:
-    done = subprocess.run([sys.executable, ROOT / 'tools' / 'parameter_tables.py', '--check'], check=False)
-    assert done.returncode == 0, 'run ./advise python tools/parameter_tables.py'
-
-
 def test_grid_example_is_a_grid(tmp_path: Path) -> None:
     (example,) = re.findall(r'```yaml\n(grid:.*?)```', README, flags=re.DOTALL)
     path = tmp_path / 'grid.yaml'
     path.write_text(example, encoding='utf-8')
     assert load_grid(path) == load_grid(ROOT / 'config' / 'grid_6x6.yaml')
     assert yaml.safe_load(example)['grid']['waypoints'][-1] == [0, 0]
-
-
-def test_pictures_and_links_of_the_repository_exist() -> None:
-    links = re.findall(r'\]\(([^)#:]+)\)', README)
-    assert 'docs/images/tracks.svg' in links
-    missing = [link for link in links if not (ROOT / link).exists()]
-    assert not missing
 
 
 def test_discretise_examples_run(tmp_path: Path) -> None:

@@ -79,13 +79,13 @@ def test_the_parameter_file_has_the_names_and_defaults_of_the_code() -> None:
     for name in NODES:
         owner = getattr(config, ''.join(word.capitalize() for word in name.split('_')) + 'Config')
         written, wanted = tree[f'/**/{name}']['ros__parameters'], config.defaults(owner)
-        assert written == wanted, f'{name}: run ./advise python tools/parameter_file.py'
+        assert written == wanted, f'{name}: run ./advise python tools/parameters.py'
         assert {key: type(value) for key, value in written.items()} == {key: type(value) for key, value in wanted.items()}
 
 
-def test_the_parameter_file_is_the_one_that_its_tool_writes() -> None:
-    done = subprocess.run([sys.executable, ROOT / 'tools' / 'parameter_file.py', '--check'], check=False)
-    assert done.returncode == 0, 'run ./advise python tools/parameter_file.py'
+def test_the_parameter_file_and_page_are_those_that_their_tool_writes() -> None:
+    done = subprocess.run([sys.executable, ROOT / 'tools' / 'parameters.py', '--check'], check=False)
+    assert done.returncode == 0, 'run ./advise python tools/parameters.py'
 
 
 @pytest.mark.parametrize('path', sorted((ROOT / 'config').glob('*.yaml')), ids=lambda path: path.name)

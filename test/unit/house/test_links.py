@@ -1,0 +1,51 @@
+"""Links of the documents lead to files, pictures and headings that exist."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from support.paths import ROOT
+
+DOCUMENTS = [
+    ROOT / 'README.md', ROOT / 'CONTRIBUTING.md', ROOT / 'bags' / 'README.md', *sorted((ROOT / 'docs').rglob('*.md')),
+]
+FENCED = re.compile(r'^```.*?^```', re.MULTILINE | re.DOTALL)
+# [text](target), [text](target "title"), ![picture](target); the text may hold brackets in code.
+LINK = re.compile(r'\]\(([^)\s]+)(?:\s+"[^"]*")?\)')
+HEADING = re.compile(r'^#+ +(.+?) *$', re.MULTILINE)
+
+
+def anchors(document: Path) -> Iterator[str]:
+    """The anchors that GitHub makes of a document's headings: lower case, no punctuation, hyphens for blanks."""
+    seen: dict[str, int] = {}
+    for heading in HEADING.findall(FENCED.sub('', document.read_text(encoding='utf-8'))):
+        words = re.sub(r'\[([^\]]*)\]\([^)]*\)', r'\1', heading).lower()
+        anchor = re.sub(r'[^\w\- ]', '', words).replace(' ', '-')
+        yield f'{anchor}-{seen[anchor]}' if anchor in seen else anchor
+        seen[anchor] = seen.get(anchor, 0) + 1
+
+
+def broken_links(document: Path) -> list[str]:
+    text = FENCED.sub('', document.read_text(encoding='utf-8'))
+    return [link for link in LINK.findall(text) if '://' not in link and not leads_somewhere(document, link)]
+
+
+def leads_somewhere(document: Path, link: str) -> bool:
+    name, _, anchor = link.partition('#')
+    target = document.parent / name if name else document
+    return target.exists() and (not anchor or anchor in anchors(target))
+
+
+@pytest.mark.parametrize('document', DOCUMENTS, ids=lambda path: path.relative_to(ROOT).as_posix())
+def test_every_link_leads_somewhere(document: Path) -> None:
+    assert not broken_links(document)
+
+
+def test_a_missing_file_and_a_missing_heading_are_broken_links(tmp_path: Path) -> None:
+    page = tmp_path / 'page.md'
+    page.write_text('# A `b`, c!\n\n## Two\n\n## Two\n\n[1](other.md) [2](#a-b-c) [3](#d) [4](#two-1) [5](page.md#two-2)\n')
+    assert broken_links(page) == ['other.md', '#d', 'page.md#two-2']
