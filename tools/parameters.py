@@ -42,11 +42,15 @@ $ ros2 launch advise_ros advise.launch.py params_file:=my.yaml
 $ ./advise policy --help                                      # the same list in the terminal
 ```
 
-- A name that is not known or a value out of range stops the node at its start, with a sentence that names the allowed range. Both ends of a range are allowed.
-- Parameters are read at the start: `ros2 param describe` shows ranges, `ros2 param dump` writes a file for `--params-file`, `ros2 param set` is refused. Start the node again to change one.
+- A name that is not known or a value out of range stops the node at its start; the sentence names the allowed range.
+  Both ends of a range are allowed.
+- Parameters are read at the start: `ros2 param describe` shows ranges, `ros2 param dump` writes a file for `--params-file`,
+  `ros2 param set` is refused. Start the node again to change one.
 - "Steady time" runs on when the system's or the simulation's clock is set; all other times are those of the ROS clock.
-- Every node also takes `use_sim_time` and `service_introspection` (`off`, `metadata` or `contents`: what of its service calls is published and so recorded).
-- The learner as the paper prints it: [config/paper.yaml](../config/paper.yaml); what the difference is worth: [method.md](method.md).
+- Every node also takes `use_sim_time` and `service_introspection`: `off`, `metadata` or `contents` of its service calls are
+  published, and so recorded.
+- The learner as the paper prints it: [config/paper.yaml](../config/paper.yaml);
+  what the difference is worth: [method.md](method.md).
 
 """
 # Suffix of the name -> unit, longest first.

@@ -1,4 +1,4 @@
-"""Links of the documents lead to files, pictures and headings that exist."""
+"""Documents name files, pictures, headings and executables that exist."""
 
 from __future__ import annotations
 
@@ -13,6 +13,9 @@ from support.paths import ROOT
 DOCUMENTS = [
     ROOT / 'README.md', ROOT / 'CONTRIBUTING.md', ROOT / 'bags' / 'README.md', *sorted((ROOT / 'docs').rglob('*.md')),
 ]
+EXECUTABLES = {
+    'python', *(path.stem for folder in ('nodes', 'commands') for path in (ROOT / 'advise_ros' / folder).glob('*.py')),
+}
 FENCED = re.compile(r'^```.*?^```', re.MULTILINE | re.DOTALL)
 # [text](target), [text](target "title"), ![picture](target); the text may hold brackets in code.
 LINK = re.compile(r'\]\(([^)\s]+)(?:\s+"[^"]*")?\)')
@@ -40,7 +43,23 @@ def leads_somewhere(document: Path, link: str) -> bool:
     return target.exists() and (not anchor or anchor in anchors(target))
 
 
-@pytest.mark.parametrize('document', DOCUMENTS, ids=lambda path: path.relative_to(ROOT).as_posix())
+def unknown_commands(document: Path) -> list[str]:
+    """What follows `./advise` or `ros2 run advise_ros` and is no executable, and scripts that do not exist."""
+    text = document.read_text(encoding='utf-8')
+    names = re.findall(r'(?:\./advise|ros2 run advise_ros) ([a-z]\w*)', text)
+    scripts = re.findall(r'\./advise python ([\w/]+\.py)', text)
+    return [name for name in names if name not in EXECUTABLES] + [name for name in scripts if not (ROOT / name).exists()]
+
+
+every_document = pytest.mark.parametrize('document', DOCUMENTS, ids=lambda path: path.relative_to(ROOT).as_posix())
+
+
+@every_document
+def test_every_command_exists(document: Path) -> None:
+    assert not unknown_commands(document)
+
+
+@every_document
 def test_every_link_leads_somewhere(document: Path) -> None:
     assert not broken_links(document)
 
@@ -49,3 +68,9 @@ def test_a_missing_file_and_a_missing_heading_are_broken_links(tmp_path: Path) -
     page = tmp_path / 'page.md'
     page.write_text('# A `b`, c!\n\n## Two\n\n## Two\n\n[1](other.md) [2](#a-b-c) [3](#d) [4](#two-1) [5](page.md#two-2)\n')
     assert broken_links(page) == ['other.md', '#d', 'page.md#two-2']
+
+
+def test_a_missing_executable_and_a_missing_script_are_unknown_commands(tmp_path: Path) -> None:
+    page = tmp_path / 'page.md'
+    page.write_text('./advise policy\nros2 run advise_ros fly\n./advise python tools/none.py\n')
+    assert unknown_commands(page) == ['fly', 'tools/none.py']

@@ -19,6 +19,7 @@ from advise_ros.ros.topics import RECORDED
 from support.paths import ROOT
 
 README = (ROOT / 'README.md').read_text(encoding='utf-8')
+GRAPH_PAGE = (ROOT / 'docs' / 'ros.md').read_text(encoding='utf-8')
 SETUP = (ROOT / 'setup.py').read_text(encoding='utf-8')
 NODES = ast.literal_eval(re.search(r'^NODES = (\(.*?\))$', SETUP, re.DOTALL | re.MULTILINE)[1])  # type: ignore[index]
 COMMANDS = ast.literal_eval(re.search(r'^COMMANDS = (\(.*?\))$', SETUP, re.DOTALL | re.MULTILINE)[1])  # type: ignore[index]
@@ -27,11 +28,11 @@ INTERFACES = [path for kind in ('msg', 'srv', 'action') for path in (ROOT / 'msg
 NAME_ARGUMENT = {'create_publisher': 1, 'create_subscription': 1, 'create_service': 1, 'ActionServer': 2}
 
 
-def readme_table(heading: str) -> list[list[str]]:
-    """Names in backquotes in the first column of the table under a header row that starts with `heading`."""
-    table = re.search(rf'^\| {heading} \|.*\n\| --- .*\n((?:\|.*\n)+)', README, re.MULTILINE)
-    assert table is not None, f'README has no table that begins with {heading!r}'
-    return [re.findall(r'`([^`]+)`', row.split('|')[1]) for row in table[1].splitlines()]
+def listed_in(page: str, heading: str) -> list[str]:
+    """Names in backquotes in the first column of a page's table whose header row starts with `heading`."""
+    table = re.search(rf'^\| {heading} \|.*\n\| --- .*\n((?:\|.*\n)+)', page, re.MULTILINE)
+    assert table is not None, f'no table begins with {heading!r}'
+    return [name for row in table[1].splitlines() for name in re.findall(r'`([^`]+)`', row.split('|')[1])]
 
 
 def opened_names() -> Iterator[str]:
@@ -59,17 +60,16 @@ def test_every_executable_has_its_module_with_a_main() -> None:
 
 
 def test_readme_lists_every_executable_and_no_other() -> None:
-    assert sorted(name for row in readme_table('executable') for name in row) == sorted((*NODES, *COMMANDS))
+    assert sorted(listed_in(README, 'executable')) == sorted((*NODES, *COMMANDS))
 
 
-def test_readme_lists_every_topic_service_and_action_that_nodes_open_and_no_other() -> None:
-    listed = {name for kind in ('topic', 'service or action') for row in readme_table(kind) for name in row}
-    listed |= {name for row in readme_table('service or action') for name in row}
+def test_the_page_of_the_graph_lists_every_topic_service_and_action_that_nodes_open_and_no_other() -> None:
+    listed = {name for kind in ('topic', 'service or action') for name in listed_in(GRAPH_PAGE, kind)}
     opened = {pattern for pattern in opened_names() if pattern}
     strange = [name for name in listed if name not in RECORDED and not any(re.fullmatch(pattern, name) for pattern in opened)]
-    assert not strange, 'README names what no node opens'
+    assert not strange, 'docs/ros.md names what no node opens'
     literal = {re.sub(r'\\(.)', r'\1', pattern) for pattern in opened if r'\w+' not in pattern}
-    assert literal - listed == {'/clock'}, 'nodes open what README does not name'
+    assert literal - listed == {'/clock'}, 'nodes open what docs/ros.md does not name'
     assert set(RECORDED) <= listed
 
 
