@@ -51,12 +51,23 @@ def unknown_commands(document: Path) -> list[str]:
     return [name for name in names if name not in EXECUTABLES] + [name for name in scripts if not (ROOT / name).exists()]
 
 
+def missing_modules(document: Path) -> list[str]:
+    """Python files in backquotes, from the root or from the package on, that do not exist."""
+    names = re.findall(r'`((?:\w+/)+\w+\.py)`', document.read_text(encoding='utf-8'))
+    return [name for name in names if not any((base / name).exists() for base in (ROOT, ROOT / 'advise_ros'))]
+
+
 every_document = pytest.mark.parametrize('document', DOCUMENTS, ids=lambda path: path.relative_to(ROOT).as_posix())
 
 
 @every_document
 def test_every_command_exists(document: Path) -> None:
     assert not unknown_commands(document)
+
+
+@every_document
+def test_every_module_exists(document: Path) -> None:
+    assert not missing_modules(document)
 
 
 @every_document
@@ -74,3 +85,9 @@ def test_a_missing_executable_and_a_missing_script_are_unknown_commands(tmp_path
     page = tmp_path / 'page.md'
     page.write_text('./advise policy\nros2 run advise_ros fly\n./advise python tools/none.py\n')
     assert unknown_commands(page) == ['fly', 'tools/none.py']
+
+
+def test_a_module_that_moved_is_missing(tmp_path: Path) -> None:
+    page = tmp_path / 'page.md'
+    page.write_text('`core/errors.py` `advise_ros/core/errors.py` `core/elsewhere/errors.py`')
+    assert missing_modules(page) == ['core/elsewhere/errors.py']
