@@ -9,7 +9,8 @@ import numpy as np
 from advise_ros.core.advice.advice import AdviceRecord, Verdict
 from advise_ros.core.advice.contradictions import preferences
 from advise_ros.core.grid.grid import N_ACTIONS, Grid
-from advise_ros.core.irl.program import Evidence, Problem, Terms, pose
+from advise_ros.core.irl.program import Evidence, Problem, pose
+from advise_ros.core.irl.settings import Terms
 from advise_ros.core.numerics import Ints
 from advise_ros.core.people.simulated_expert import SimulatedExpert
 from advise_ros.core.planning.process import Mdp, mdp_of, occurring, terminal

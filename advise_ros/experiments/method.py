@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from advise_ros.core.irl.program import Terms
+from advise_ros.core.irl.settings import Terms
 from advise_ros.domains.people import Demonstrator, Expert
 from advise_ros.experiments.recorded import Recorded
 

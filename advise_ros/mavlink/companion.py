@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
+from advise_ros.config import MavlinkBridgeConfig
 from advise_ros.mavlink import messages as mav
 from advise_ros.mavlink.ardupilot import ArduPilot
 from advise_ros.mavlink.estimator import Estimator
@@ -43,12 +44,12 @@ class Status(NamedTuple):
 class Settings:
     """Times are on the monotonic clock."""
 
-    system_id: int = 1
-    component_id: int = 191
-    target_system: int = 0
-    pose_rate_hz: float = 20.0
-    heartbeat_timeout_s: float = 3.0
-    ready_timeout_s: float = 120.0
+    system_id: int = MavlinkBridgeConfig.system_id
+    component_id: int = MavlinkBridgeConfig.component_id
+    target_system: int = MavlinkBridgeConfig.target_system
+    pose_rate_hz: float = MavlinkBridgeConfig.pose_rate_hz
+    heartbeat_timeout_s: float = MavlinkBridgeConfig.heartbeat_timeout_s
+    ready_timeout_s: float = MavlinkBridgeConfig.ready_timeout_s
 
 
 MACHINES: dict[int, type[Machine]] = {mav.AUTOPILOT_ARDUPILOT: ArduPilot, mav.AUTOPILOT_PX4: Px4}

@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 from rosbags.interfaces import Qos
 
+from advise_ros.config import LoggerConfig
 from advise_ros.recording.definitions import Definition
 from advise_ros.recording.writer import BagWriter
 
@@ -37,8 +38,8 @@ class Limits(NamedTuple):
         free_bytes: the recording ends properly when less is free on the disk.
     """
 
-    flush_s: float = 1.0
-    split_s: float = 0.0
+    flush_s: float = LoggerConfig.flush_s
+    split_s: float = LoggerConfig.split_s
     split_bytes: int = 0
     free_bytes: int = 0
 

@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from advise_ros.config import SimulatorConfig
 from advise_ros.mavlink.frames import wrap_rad
 
 Array = NDArray[np.float64]
@@ -34,8 +35,8 @@ YAW_RATE_LIMIT_RAD_S = math.radians(60.0)
 class Limits:
     """What the autopilot allows itself."""
 
-    speed_m_s: float = 10.0
-    acceleration_m_s2: float = 3.0
+    speed_m_s: float = SimulatorConfig.max_speed_m_s
+    acceleration_m_s2: float = SimulatorConfig.acceleration_m_s2
     jerk_m_s3: float = 5.0
     climb_m_s: float = 2.5
     descent_m_s: float = 1.5

@@ -12,7 +12,8 @@ from hypothesis import given, settings
 from scipy import sparse
 
 from advise_ros.core.advice.advice import Preference
-from advise_ros.core.irl.program import Evidence, InfeasibleError, Problem, Solution, Terms, pose
+from advise_ros.core.irl.program import Evidence, InfeasibleError, Problem, Solution, pose
+from advise_ros.core.irl.settings import Terms
 from advise_ros.core.irl.solvers import cvxpy_reference
 from advise_ros.core.irl.solvers.choose import SOLVERS, solve
 from advise_ros.core.planning.process import Mdp

@@ -13,8 +13,9 @@ from advise_ros.core.demonstrations.demonstration import Audit, Demonstration, E
 from advise_ros.core.demonstrations.samples import STRAY_NS, CommandSamples, PoseSamples, Recording
 from advise_ros.core.demonstrations.steps import Movers, crossing_speeds_m_s, decided_moves, has_ended, steps_of
 from advise_ros.core.grid.cell_path import Follower
-from advise_ros.core.grid.cell_tracker import MAX_SKIP_CELLS, NS, CellTracker
+from advise_ros.core.grid.cell_tracker import NS, CellTracker, TrackerSettings
 from advise_ros.core.grid.grid import Grid
+from advise_ros.core.parameter import parameter, same_as
 
 # Sentences about unknown moves in one audit; the rest is counted.
 MAX_BREAK_NOTES = 5
@@ -26,14 +27,18 @@ Window = tuple[int, int]
 
 @dataclass(frozen=True)
 class DiscretiseSettings:
-    """How samples become moves; the recorder's parameters of the same names say more."""
+    """How samples become moves: parameters of the recorder."""
 
-    hysteresis_m: float = 0.2
-    command_min_speed_m_s: float = 0.1
-    command_timeout_s: float = 0.5
-    altitude_tolerance_m: float = 1.0
-    max_gap_s: float = 2.0
-    max_skip_cells: int = MAX_SKIP_CELLS
+    hysteresis_m: float = same_as(TrackerSettings, 'hysteresis_m')
+    command_min_speed_m_s: float = parameter(0.1, 'slower commands have no direction', low=0.0, high=10.0)
+    command_timeout_s: float = parameter(0.5, 'an older command says nothing about a move', low=0.05, high=60.0)
+    altitude_tolerance_m: float = parameter(
+        1.0, 'samples further from the grid altitude are not on the route', low=0.1, high=1000.0,
+    )
+    max_gap_s: float = parameter(
+        2.0, 'a longer gap between samples is noted in the audit, and cells skipped in it are not guessed', low=0.05, high=3600.0,
+    )
+    max_skip_cells: int = same_as(TrackerSettings, 'max_skip_cells')
 
 
 def discretise(

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from advise_ros.core.flight.flight_settings import FlightSettings
 from advise_ros.core.flight.leg_follower import NS, CellMover, Pose
-from advise_ros.core.flight.start import CENTRING_S, START_REACH_M, check_reach
+from advise_ros.core.flight.start import CENTRING_S, check_reach
 from advise_ros.core.flight.transit import Transit
 from advise_ros.core.flight.velocity_law import ZERO, SeekSettings, Vector
 from advise_ros.core.grid.grid import Grid
@@ -60,11 +61,11 @@ class PilotFlight:
         """Command for a pose, (east, north, up) in m/s.
 
         Raises:
-            InputError: there is no way home over free cells, or the first pose is more than START_REACH_M off the grid.
+            InputError: there is no way home over free cells, or the first pose is more than `start_reach_m` off the grid.
         """
         if self._transit is None:
             if self._began_ns is None:
-                check_reach(self._grid, pose.position_enu_m, START_REACH_M)
+                check_reach(self._grid, pose.position_enu_m, FlightSettings.start_reach_m)
                 self._began_ns = pose.stamp_ns
             self.seconds = (pose.stamp_ns - self._began_ns) / NS
             self._mover.observe(pose)

@@ -8,8 +8,9 @@ from dataclasses import dataclass
 from enum import IntEnum
 
 from advise_ros.core.errors import InputError
+from advise_ros.core.flight.flight_settings import FlightSettings
 from advise_ros.core.flight.leg_follower import NS, CellMover, Pose, nearest_cell, off_grid_m
-from advise_ros.core.flight.start import START_REACH_M, Centring, start_cell_of
+from advise_ros.core.flight.start import Centring, start_cell_of
 from advise_ros.core.flight.transit import Transit
 from advise_ros.core.flight.velocity_law import ZERO, SeekSettings, Vector, brake_distance_m
 from advise_ros.core.grid.grid import N_ACTIONS, Grid
@@ -60,10 +61,10 @@ class FlightPlan:
     greedy: tuple[int, ...]
     start_cell: int = -1
     step_budget: int = 0
-    step_budget_factor: float = 2.0
-    stop_on_loop: bool = True
-    centre_first: bool = True
-    start_reach_m: float = START_REACH_M
+    step_budget_factor: float = FlightSettings.step_budget_factor
+    stop_on_loop: bool = FlightSettings.stop_on_loop
+    centre_first: bool = FlightSettings.centre_first
+    start_reach_m: float = FlightSettings.start_reach_m
 
     def __post_init__(self) -> None:
         if len(self.greedy) != self.grid.n_states:

@@ -10,8 +10,6 @@ from advise_ros.core.flight.transit import Transit, shortest_way
 from advise_ros.core.flight.velocity_law import SeekSettings, Vector
 from advise_ros.core.grid.grid import Grid
 
-# A PX4 drifts by metres on the ground, in the climb and while it lands.
-START_REACH_M = 3.0
 # Faster than any drift that was measured, and slow enough to stop within a part of a cell.
 CENTRING_M_S = 0.6
 CENTRING_S = 20.0

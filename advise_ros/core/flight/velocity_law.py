@@ -12,6 +12,9 @@ import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
+from advise_ros.core.grid.cell_tracker import TrackerSettings
+from advise_ros.core.parameter import parameter, same_as
+
 Point = tuple[float, float]
 Vector = tuple[float, float, float]
 
@@ -23,17 +26,21 @@ CROSS_FREE, CROSS_FULL, CROSS_SLOWEST = 0.2, 0.5, 0.15
 
 @dataclass(frozen=True)
 class SeekSettings:
-    """How a vehicle is moved; the fields are those of config.SeekConfig."""
+    """How a vehicle is flown from cell centre to cell centre: parameters of /policy and /pilot."""
 
-    speed_m_s: float = 1.2
-    approach_gain_1_s: float = 1.5
-    braking_m_s2: float = 1.5
-    altitude_gain_1_s: float = 0.8
-    climb_m_s: float = 1.0
-    lead_s: float = 0.5
-    corner_share: float = 0.1
-    arrival_radius_m: float = 0.3
-    hysteresis_m: float = 0.2
+    speed_m_s: float = parameter(1.2, 'cruise speed', low=0.05, high=20.0)
+    approach_gain_1_s: float = parameter(
+        1.5, 'speed per metre of distance near a centre; lower it where commands act late', low=0.05, high=20.0,
+    )
+    braking_m_s2: float = parameter(1.5, 'deceleration planned for before turns and stops', low=0.1, high=20.0)
+    altitude_gain_1_s: float = parameter(0.8, 'climb rate per metre of altitude error', low=0.0, high=20.0)
+    climb_m_s: float = parameter(1.0, 'fastest climb and descent', low=0.0, high=10.0)
+    lead_s: float = parameter(0.5, 'positions are extrapolated by this to make up for delays', low=0.0, high=5.0)
+    corner_share: float = parameter(
+        0.1, 'how far past the centre a turn may swing out, as a share of a cell', low=0.0, high=0.5,
+    )
+    arrival_radius_m: float = parameter(0.3, 'closer than this is at the centre', low=0.01, high=100.0)
+    hysteresis_m: float = same_as(TrackerSettings, 'hysteresis_m')
 
 
 class Leg(NamedTuple):

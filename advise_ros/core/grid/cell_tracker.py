@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -10,9 +11,19 @@ import numpy.typing as npt
 
 from advise_ros.core.errors import InputError
 from advise_ros.core.grid.grid import Action, Grid
+from advise_ros.core.parameter import parameter
 
-MAX_SKIP_CELLS = 3
 NS = 1_000_000_000
+
+
+@dataclass(frozen=True)
+class TrackerSettings:
+    """How cells follow from positions: parameters of every node that has a `CellTracker`."""
+
+    hysteresis_m: float = parameter(0.2, 'how far past a border counts as the next cell', low=0.0, high=100.0)
+    max_skip_cells: int = parameter(
+        3, 'cells skipped between two samples that are filled in along a straight line', low=0, high=1000,
+    )
 
 
 class Fix(NamedTuple):
@@ -66,7 +77,8 @@ class CellTracker:
     """
 
     def __init__(
-        self, grid: Grid, hysteresis_m: float, *, max_skip_cells: int = MAX_SKIP_CELLS, max_gap_s: float = math.inf,
+        self, grid: Grid, hysteresis_m: float, *,
+        max_skip_cells: int = TrackerSettings.max_skip_cells, max_gap_s: float = math.inf,
     ) -> None:
         check_hysteresis(grid, hysteresis_m)
         self.grid, self._hysteresis_m = grid, hysteresis_m

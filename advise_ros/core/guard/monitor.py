@@ -12,6 +12,7 @@ from advise_ros.core.guard.flown_path import FlownPath, moved
 from advise_ros.core.guard.return_inside import ReturnInside, as_good
 from advise_ros.core.guard.rules import ZERO, Command, Limits, Position, Verdict
 from advise_ros.core.guard.stamp_watch import NS, StampWatch
+from advise_ros.core.parameter import parameter
 
 # A pause in checking is no licence to accelerate.
 LONGEST_STEP_S = 0.1
@@ -34,22 +35,28 @@ LATEST_S = 25.0
 
 @dataclass(frozen=True)
 class MonitorSettings:
-    """What the guard does beside checking.
+    """What the guard does beside checking: parameters of /guard and /mavlink_bridge.
 
     Attributes:
-        max_acceleration_m_s2: how fast each axis of the velocity may grow; slowing down is free.
-        jump_m: a position may jump this far beyond what flying explains; 0: any.
-        latch: whether a doubt stops the vehicle until it is released.
-        vehicle_delay_s: of a position on its way here and of a command on its way to its effect, in `reaction_s` already.
-        return_inside: whether a vehicle outside the fence is brought back.
-        lifts: whether it is brought up into the fence, too; only for a vehicle that is known to fly.
+        lifts: whether a vehicle is brought up into the fence, too; only for one that is known to fly.
     """
 
-    max_acceleration_m_s2: float = 10.0
-    jump_m: float = 2.0
-    latch: bool = False
-    vehicle_delay_s: float = 0.2
-    return_inside: bool = True
+    max_acceleration_m_s2: float = parameter(
+        10.0, 'how fast a commanded velocity may grow (steady time); raise it where a simulation runs faster',
+        low=0.1, high=10_000.0,
+    )
+    jump_m: float = parameter(
+        2.0, 'a position that jumps further than this and flying explain is doubted; 0: no', low=0.0, high=1e4,
+    )
+    latch: bool = parameter(False, 'a doubt about pose or command stops the vehicle until its release service is called')
+    vehicle_delay_s: float = parameter(
+        0.2, 'delay of a position on its way here and of a command to its effect together, for the fence; of a slow link: '
+        'its round trip', low=0.0, high=5.0,
+    )
+    return_inside: bool = parameter(
+        True, 'bring a vehicle that is outside the fence back in (0.5 m/s, the shortest way), also when nobody commands; '
+        'false: zero velocity',
+    )
     lifts: bool = False
 
 

@@ -21,6 +21,7 @@ from advise_ros.core.guard.fence import (
     stopping_speed_m_s,
 )
 from advise_ros.core.guard.flown_path import moved
+from advise_ros.core.parameter import parameter
 
 ZERO: Vector = (0.0, 0.0, 0.0)
 AXES = ('east', 'north', 'up')
@@ -34,24 +35,22 @@ UNDER_WAY = 'fence ahead: what is on its way to the vehicle leads near enough'
 
 @dataclass(frozen=True)
 class Limits:
-    """What a command must keep to.
+    """What a command must keep to; most of it are parameters of /guard and /mavlink_bridge.
 
     Attributes:
-        max_speed_m_s: horizontal.
-        max_climb_m_s: up or down.
-        braking_m_s2: deceleration that can be trusted.
-        command_timeout_s, pose_timeout_s: older ones count as missing.
         reaction_s: twice the longest time from a pose to the vehicle's obeying what was made from it: when
             the next pose comes it may still fly as fast as the last one allowed.
         fence: None for no fence.
     """
 
-    max_speed_m_s: float = 3.0
-    max_climb_m_s: float = 1.5
-    max_yaw_rate_rad_s: float = 1.0
-    braking_m_s2: float = 2.0
-    command_timeout_s: float = 0.5
-    pose_timeout_s: float = 0.5
+    max_speed_m_s: float = parameter(3.0, 'horizontal speed limit', low=0.05, high=50.0)
+    max_climb_m_s: float = parameter(1.5, 'vertical speed limit', low=0.05, high=20.0)
+    max_yaw_rate_rad_s: float = parameter(1.0, 'yaw rate limit', low=0.0, high=10.0)
+    braking_m_s2: float = parameter(2.0, 'deceleration assumed when stopping before the fence', low=0.1, high=50.0)
+    command_timeout_s: float = parameter(
+        0.5, 'an older command becomes zero velocity (steady time)', low=0.05, high=60.0,
+    )
+    pose_timeout_s: float = parameter(0.5, 'an older pose makes zero velocity (steady time)', low=0.05, high=60.0)
     reaction_s: float = 1.1
     fence: Fence | None = None
 

@@ -36,6 +36,7 @@ from scipy import sparse
 
 from advise_ros.core.advice.advice import Preference
 from advise_ros.core.errors import AdviseError, InputError
+from advise_ros.core.irl.settings import Terms
 from advise_ros.core.numerics import Floats, Ints
 from advise_ros.core.planning.process import Mdp
 
@@ -45,28 +46,6 @@ EXACT = 1e-6
 
 class InfeasibleError(AdviseError):
     """No reward satisfies the strict advice."""
-
-
-class Terms(NamedTuple):
-    """The constants of the program and its readings."""
-
-    reading: str = 'replace'
-    lambda_t: float = 1000.0
-    lambda_a: float = 500.0
-    r_max: float = 1.0
-    delta: float = 0.1
-    margin_cap: float = 0.2
-    slack_cost: float = 1000.0
-
-    @property
-    def cap(self) -> float:
-        """The bound of xi and zeta, infinite without one."""
-        return self.margin_cap if self.margin_cap > 0 else np.inf
-
-    @property
-    def strict(self) -> bool:
-        """Whether advice must hold, at any price."""
-        return self.slack_cost == 0
 
 
 class Evidence(NamedTuple):

@@ -2,36 +2,65 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
-from advise_ros.core.irl.program import Terms
+from advise_ros.core.parameter import parameter
 
 
 @dataclass(frozen=True)
 class LearnSettings:
-    """Constants and readings of the method; meanings and ranges are those of `config.AdviseConfig`."""
+    """Constants and readings of the method: parameters of /advise."""
 
-    reading: str = 'replace'
-    lambda_t: float = 1000.0
-    lambda_a: float = 500.0
-    r_max: float = 1.0
-    delta: float = 0.1
-    margin_cap: float = 0.2
-    slack_cost: float = 1000.0
-    gamma: float = 0.95
-    clustering: str = 'k_means'
-    clusters: int = 6
-    cluster_features: float = 1.0
-    laplace: float = 1.0
-    temperature: float = 0.1
-    w_p: float = 0.5
-    cluster_score: str = 'mean'
-    acquisition: str = 'occupancy'
-    confirm: bool = True
-    enough: float = 0.0
-    slip: float = 0.0
-    solver: str = 'auto'
-    seed: int = 0
+    reading: str = parameter(
+        'replace', 'what advice does to a*: replace it and drop its demonstration rows, or the literal program',
+        choices=('replace', 'literal'),
+    )
+    lambda_t: float = parameter(1000.0, 'weight of the demonstrations in equation (1)', low=0.0, high=1e9)
+    lambda_a: float = parameter(500.0, 'weight of the advice in equation (1)', low=0.0, high=1e9)
+    r_max: float = parameter(1.0, 'bound on the absolute value of a reward', low=1e-6, high=1e6)
+    delta: float = parameter(0.1, 'margin that advice must have', low=0.0, high=1e6)
+    margin_cap: float = parameter(0.2, 'cap on xi and zeta; 0: none', low=0.0, high=1e6)
+    slack_cost: float = parameter(1000.0, 'cost of contradictory advice (elastic); 0: strict', low=0.0, high=1e9)
+    gamma: float = parameter(0.95, 'discount', low=0.0, high=0.9999)
+    clustering: str = parameter(
+        'k_means', 'how states become clusters: k_means as in the paper; connected: only states that a move joins; '
+        'evidence: as long as their demonstrations speak for one behaviour', choices=('k_means', 'connected', 'evidence'),
+    )
+    clusters: int = parameter(
+        6, 'clusters of states; about 1.5 a waypoint; 0: as many as the demonstrations tell apart', low=0, high=10_000,
+    )
+    cluster_features: float = parameter(
+        1.0, 'weight of position and waypoint beside the action distribution; 0: none, as in the paper', low=0.0, high=100.0,
+    )
+    laplace: float = parameter(1.0, 'pseudo-count of each action', low=1e-9, high=1e6)
+    temperature: float = parameter(0.1, 'Boltzmann temperature of the policy', low=1e-6, high=1e6)
+    w_p: float = parameter(0.5, 'weight of F (demonstrations) against G (policy)', low=0.0, high=1.0)
+    cluster_score: str = parameter('mean', 'U_c: mean (definition 4) or sum (algorithm 1)', choices=('mean', 'sum'))
+    acquisition: str = parameter(
+        'occupancy', 'what is asked about next: (paper) the highest U_c; where the policy flies and is unsure (occupancy), '
+        'is not explained by the reward (unexplained), or demonstrations disagree (disagreement); mixed: occupancy, then '
+        'paper; gain: the clusters, finer ones and single states whose answer is expected to put most right, '
+        'and as occupancy where moves are fewer than 5 a state; belief: as gain, and the most likely right action is imitated '
+        'instead of the most frequent one; site: what the map does not say is learnt, cells to keep out of on the way to all '
+        'waypoints, and asked is what saves most steps',
+        choices=('paper', 'occupancy', 'unexplained', 'mixed', 'disagreement', 'random', 'gain', 'belief', 'site'),
+    )
+    confirm: bool = parameter(
+        True, 'ask once more after an answer that hardly any demonstration bears out; what is said most often holds',
+    )
+    enough: float = parameter(
+        0.0, 'ask no more when the best question is worth less than this much disagreement a visit [nat^2]; with acquisition '
+        'gain: this share of the visits; 0: never; with acquisition site: so many steps saved, and 0 means 0.25',
+        low=0.0, high=100.0,
+    )
+    slip: float = parameter(0.0, 'probability that a move goes elsewhere in the transition model', low=0.0, high=0.9)
+    solver: str = parameter(
+        'auto', 'solver of the program: by size (auto), or one; cvxpy is the readable reference',
+        choices=('auto', 'highs', 'piqp', 'qoco', 'clarabel', 'interior', 'interior-cholmod', 'cvxpy'),
+    )
+    seed: int = parameter(0, 'seed of every random choice', low=0, high=2**31 - 1)
 
     @property
     def confirms(self) -> bool:
@@ -44,3 +73,25 @@ class LearnSettings:
         return Terms(
             self.reading, self.lambda_t, self.lambda_a, self.r_max, self.delta, self.margin_cap, self.slack_cost
         )
+
+
+class Terms(NamedTuple):
+    """The constants of the linear program and its readings, as in `LearnSettings`."""
+
+    reading: str = LearnSettings.reading
+    lambda_t: float = LearnSettings.lambda_t
+    lambda_a: float = LearnSettings.lambda_a
+    r_max: float = LearnSettings.r_max
+    delta: float = LearnSettings.delta
+    margin_cap: float = LearnSettings.margin_cap
+    slack_cost: float = LearnSettings.slack_cost
+
+    @property
+    def cap(self) -> float:
+        """The bound of xi and zeta, infinite without one."""
+        return self.margin_cap if self.margin_cap > 0 else math.inf
+
+    @property
+    def strict(self) -> bool:
+        """Whether advice must hold, at any price."""
+        return self.slack_cost == 0

@@ -7,6 +7,7 @@ import numpy as np
 from advise_ros.core.advice.advice import Answer, Query, Verdict
 from advise_ros.core.grid.grid import N_ACTIONS, Grid
 from advise_ros.core.numerics import Bools
+from advise_ros.core.people.settings import ExpertSettings
 from advise_ros.core.planning.routes import optimal_table
 
 
@@ -33,11 +34,11 @@ class SimulatedExpert:
         self,
         grid: Grid,
         rng: np.random.Generator,
-        avoid: str = 'never_optimal',
-        error_rate: float = 0.0,
-        skip_rate: float = 0.0,
-        expert_id: str = 'simulated-expert',
-        prefer: str = 'majority',
+        avoid: str = ExpertSettings.avoid,
+        error_rate: float = ExpertSettings.error_rate,
+        skip_rate: float = ExpertSettings.skip_rate,
+        expert_id: str = ExpertSettings.expert_id,
+        prefer: str = ExpertSettings.prefer,
         right: Bools | None = None,
     ) -> None:
         self._optimal = optimal_table(grid) if right is None else right

@@ -9,9 +9,11 @@ import numpy as np
 
 from advise_ros.core.advice.advice import AdviceRecord, active
 from advise_ros.core.demonstrations.demonstration import Demonstration
+from advise_ros.core.flight.flight_settings import FlightSettings
 from advise_ros.core.grid.grid import Grid
 from advise_ros.core.learning.learner import Learned, LearnSettings, learn
 from advise_ros.core.learning.session import Session
+from advise_ros.core.people.settings import ExpertSettings, PilotSettings
 from advise_ros.core.people.simulated_expert import SimulatedExpert
 from advise_ros.core.people.simulated_pilot import Demonstrator, demonstrate
 from advise_ros.core.planning.rollout import rollout, step_budget
@@ -33,14 +35,14 @@ class TrialSettings:
     learn: LearnSettings = field(default_factory=LearnSettings)
     flights: int = 4
     answers: int = 10
-    noise_rate: float = 0.4
-    mistake_share: float = 0.2
-    max_moves: int = 400
-    prefer: str = 'majority'
-    avoid: str = 'never_optimal'
-    error_rate: float = 0.0
-    skip_rate: float = 0.0
-    step_budget_factor: float = 2.0
+    noise_rate: float = PilotSettings.noise_rate
+    mistake_share: float = PilotSettings.mistake_share
+    max_moves: int = PilotSettings.max_moves
+    prefer: str = ExpertSettings.prefer
+    avoid: str = ExpertSettings.avoid
+    error_rate: float = ExpertSettings.error_rate
+    skip_rate: float = ExpertSettings.skip_rate
+    step_budget_factor: float = FlightSettings.step_budget_factor
 
 
 class TrialResult(NamedTuple):

@@ -13,7 +13,17 @@ import pytest
 import yaml
 
 from advise_ros import config
+from advise_ros.core.demonstrations.discretise import DiscretiseSettings
 from advise_ros.core.errors import InputError
+from advise_ros.core.flight.policy_flight import FlightPlan
+from advise_ros.core.flight.velocity_law import SeekSettings
+from advise_ros.core.guard import rules as guard
+from advise_ros.core.guard.monitor import MonitorSettings
+from advise_ros.core.irl.settings import LearnSettings, Terms
+from advise_ros.core.people.trial import TrialSettings
+from advise_ros.mavlink import companion
+from advise_ros.recording import background
+from advise_ros.sim import control
 from support.paths import ROOT
 
 CONFIGS = [member for name, member in inspect.getmembers(config, inspect.isclass) if name.endswith('Config')]
@@ -85,6 +95,28 @@ def test_a_misspelt_name_gets_the_nearest_one() -> None:
 def test_a_name_like_no_other_gets_them_all() -> None:
     with pytest.raises(InputError, match=r"'zzz' is unknown; known: climb_m_s, .*speed_m_s"):
         config.build(config.TeleopConfig, {'zzz': 1.0})
+
+
+@pytest.mark.parametrize(('used', 'owner', 'renamed'), [
+    (DiscretiseSettings, config.RecorderConfig, {}),
+    (SeekSettings, config.PolicyConfig, {}),
+    (FlightPlan, config.PolicyConfig, {}),
+    (LearnSettings, config.AdviseConfig, {}),
+    (Terms, config.AdviseConfig, {}),
+    (TrialSettings, config.PilotConfig, {'flights': ''}),  # A trial has a number of flights of its own.
+    (TrialSettings, config.ExpertConfig, {}),
+    (guard.Limits, config.ChecksConfig, {}),
+    (MonitorSettings, config.ChecksConfig, {}),
+    (companion.Settings, config.MavlinkBridgeConfig, {}),
+    (control.Limits, config.SimulatorConfig, {'speed_m_s': 'max_speed_m_s'}),
+    (background.Limits, config.LoggerConfig, {}),
+])
+def test_what_is_made_without_a_node_has_the_nodes_defaults(used: Any, owner: Any, renamed: dict[str, str]) -> None:
+    given = used._field_defaults if hasattr(used, '_field_defaults') else config.defaults(used)
+    parameters = config.defaults(owner)
+    shared = {name: renamed.get(name, name) for name in given if renamed.get(name, name) in parameters}
+    assert shared
+    assert {name: given[name] for name in shared} == {name: parameters[there] for name, there in shared.items()}
 
 
 def test_a_config_cannot_be_changed() -> None:

@@ -11,9 +11,9 @@ from advise_ros.core.advice.contradictions import preferences, reversed_pair
 from advise_ros.core.errors import InputError
 from advise_ros.core.irl import conflicts
 from advise_ros.core.irl.conflicts import conflicting
-from advise_ros.core.irl.program import Evidence, Problem, Terms, pose
+from advise_ros.core.irl.program import Evidence, Problem, pose
 from advise_ros.core.irl.reward import infer
-from advise_ros.core.irl.settings import LearnSettings
+from advise_ros.core.irl.settings import LearnSettings, Terms
 from advise_ros.core.planning.process import Mdp
 from support.learning import record
 

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from advise_ros.core.advice.advice import Preference
-from advise_ros.core.irl.program import Evidence, InfeasibleError, Problem, Solution, Terms, pose
+from advise_ros.core.irl.program import Evidence, InfeasibleError, Problem, Solution, pose
+from advise_ros.core.irl.settings import Terms
 from advise_ros.core.irl.solvers import cvxpy_reference, highs
 from advise_ros.core.planning.process import Mdp, mdp_of
 from support.learning import CORRIDOR, EAST, NORTH, SOUTH, WEST

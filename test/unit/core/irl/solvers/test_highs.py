@@ -11,7 +11,8 @@ import pytest
 from advise_ros.core.demonstrations.action_counts import count
 from advise_ros.core.errors import AdviseError, InputError
 from advise_ros.core.grid.grid import Grid
-from advise_ros.core.irl.program import Evidence, Problem, Terms, pose
+from advise_ros.core.irl.program import Evidence, Problem, pose
+from advise_ros.core.irl.settings import Terms
 from advise_ros.core.irl.solvers import cvxpy_reference, highs
 from advise_ros.core.planning.process import mdp_of
 from support.learning import CORRIDOR, EAST, demonstration

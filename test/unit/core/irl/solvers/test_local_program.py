@@ -9,7 +9,8 @@ import pytest
 
 from advise_ros.core.advice.advice import Preference
 from advise_ros.core.grid.grid import Grid
-from advise_ros.core.irl.program import EXACT, Evidence, Problem, Terms, pose
+from advise_ros.core.irl.program import EXACT, Evidence, Problem, pose
+from advise_ros.core.irl.settings import Terms
 from advise_ros.core.irl.solvers import local_preview
 from advise_ros.core.irl.solvers.choose import solve
 from advise_ros.core.irl.solvers.local_preview import Solved, changed, near

@@ -13,7 +13,8 @@ from advise_ros.core.advice.contradictions import preferences
 from advise_ros.core.errors import AdviseError, InputError
 from advise_ros.core.grid.grid import Grid
 from advise_ros.core.irl.certificate import certified
-from advise_ros.core.irl.program import Duals, Evidence, Problem, Solution, Terms, favourites, pose
+from advise_ros.core.irl.program import Duals, Evidence, Problem, Solution, favourites, pose
+from advise_ros.core.irl.settings import Terms
 from advise_ros.core.irl.solvers import choose, highs, packaged
 from advise_ros.core.irl.solvers.choose import SOLVERS, order, solve
 from advise_ros.core.irl.solvers.interior import elimination, factors
