@@ -105,7 +105,7 @@ def test_a_name_like_no_other_gets_them_all() -> None:
     (Terms, config.AdviseConfig, {}),
     (TrialSettings, config.PilotConfig, {'flights': ''}),  # A trial has a number of flights of its own.
     (TrialSettings, config.ExpertConfig, {}),
-    (guard.Limits, config.ChecksConfig, {}),
+    (guard.Limits, config.ChecksConfig, {'fence': ''}),  # The fence itself, not how it is chosen.
     (MonitorSettings, config.ChecksConfig, {}),
     (companion.Settings, config.MavlinkBridgeConfig, {}),
     (control.Limits, config.SimulatorConfig, {'speed_m_s': 'max_speed_m_s'}),
