@@ -11,7 +11,8 @@ import pytest
 from support.paths import ROOT
 
 DOCUMENTS = [
-    ROOT / 'README.md', ROOT / 'CONTRIBUTING.md', ROOT / 'bags' / 'README.md', *sorted((ROOT / 'docs').rglob('*.md')),
+    ROOT / 'README.md', ROOT / 'CONTRIBUTING.md', ROOT / 'bags' / 'README.md', ROOT / 'examples' / 'README.md',
+    *sorted((ROOT / 'docs').rglob('*.md')),
 ]
 EXECUTABLES = {
     'python', *(path.stem for folder in ('nodes', 'commands') for path in (ROOT / 'advise_ros' / folder).glob('*.py')),

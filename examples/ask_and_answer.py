@@ -1,0 +1,24 @@
+"""The loop of questions and answers without ROS; a simulated person flies and answers."""
+
+import numpy as np
+
+from advise_ros.core.learning.learner import LearnSettings
+from advise_ros.core.learning.session import Session
+from advise_ros.core.people.simulated_expert import SimulatedExpert
+from advise_ros.core.people.simulated_pilot import Demonstrator, demonstrate
+from advise_ros.core.planning.rollout import rollout
+from advise_ros.recording.gridfile import load_grid
+
+grid, rng = load_grid('config/grid_6x6.yaml'), np.random.default_rng(1)
+pilot, expert = Demonstrator(grid, noise_rate=0.4, mistake_share=0.2, rng=rng), SimulatedExpert(grid, rng)
+session = Session(grid, LearnSettings())
+for number in range(3):
+    session.add(demonstrate(grid, pilot, number, max_moves=400))
+
+while (work := session.snapshot()) is not None:
+    session.adopt(work.run())  # run() takes long on large grids: call it in a thread or process of your own.
+    flown = rollout(grid, session.learned.greedy, grid.start_state(), step_budget=100)
+    print('the policy reaches', flown.waypoints_reached, 'of', len(grid.waypoints), 'waypoints')
+    if session.query is not None:
+        print(session.query.question)
+        print('  ', session.tell(expert.answer(session.query)).message)  # Or your own: Answer(query_id, Verdict.ANSWER, ...)
