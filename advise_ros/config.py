@@ -213,7 +213,7 @@ class MavlinkBridgeConfig(ChecksConfig):
     system_id: int = parameter(1, 'our MAVLink system id', low=1, high=255)
     component_id: int = parameter(191, 'our MAVLink component id (191: onboard computer)', low=1, high=255)
     signing_key_file: str = parameter('', SIGNING_DOC)
-    target_system: int = parameter(0, 'system id of the vehicle; 0: the first multicopter that is heard', low=0, high=255)
+    target_system: int = parameter(0, 'system id of the vehicle; 0: the first multicopter seen', low=0, high=255)
     pose_rate_hz: float = parameter(20.0, 'positions asked of the autopilot', low=1.0, high=200.0)
     clock: str = parameter(
         'ros', "autopilot: publishes the autopilot's time on /clock, for a SITL not in real time; set use_sim_time on all others",
@@ -229,7 +229,7 @@ class SimulatorConfig:
     """/simulator: a quadcopter by RotorPy behind MAVLink 2."""
 
     autopilot: str = parameter(
-        'ardupilot', 'whose manners it has: ArduCopter in GUIDED or PX4 in OFFBOARD', choices=('ardupilot', 'px4'),
+        'ardupilot', 'which autopilot it behaves like: ArduCopter in GUIDED or PX4 in OFFBOARD', choices=('ardupilot', 'px4'),
     )
     endpoint: str = parameter('udpout:127.0.0.1:14550', 'udpout:host:port, udpin:host:port or tcpin:host:port')
     second_endpoint: str = parameter('', 'another link with its own message rates, for a ground station or a second companion')
@@ -312,7 +312,7 @@ class ConsoleConfig:
     token: str = parameter('', 'secret in the address of the page; empty: a random one at each start')
     allowed_hosts: str = parameter('', 'comma-separated host names that a reverse proxy serves the page under (https)')
     rate_hz: float = parameter(20.0, 'updates of the page', low=1.0, high=60.0)
-    silence_s: float = parameter(3.0, 'a node that says nothing for this long is shown as gone (steady time)', low=1.5, high=60.0)
+    silence_s: float = parameter(3.0, 'a node that is silent for this long is shown as gone (steady time)', low=1.5, high=60.0)
 
 
 @dataclass(frozen=True)

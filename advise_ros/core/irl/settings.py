@@ -29,7 +29,7 @@ class LearnSettings:
         'evidence: as long as their demonstrations speak for one behaviour', choices=('k_means', 'connected', 'evidence'),
     )
     clusters: int = parameter(
-        6, 'clusters of states; about 1.5 a waypoint; 0: as many as the demonstrations tell apart', low=0, high=10_000,
+        6, 'clusters of states; about 1.5 a waypoint; 0: as many as the demonstrations distinguish', low=0, high=10_000,
     )
     cluster_features: float = parameter(
         1.0, 'weight of position and waypoint beside the action distribution; 0: none, as in the paper', low=0.0, high=100.0,
@@ -48,11 +48,11 @@ class LearnSettings:
         choices=('paper', 'occupancy', 'unexplained', 'mixed', 'disagreement', 'random', 'gain', 'belief', 'site'),
     )
     confirm: bool = parameter(
-        True, 'ask once more after an answer that hardly any demonstration bears out; what is said most often holds',
+        True, 'ask once more after an answer that hardly any demonstration supports; the most frequent answer holds',
     )
     enough: float = parameter(
         0.0, 'ask no more when the best question is worth less than this much disagreement a visit [nat^2]; with acquisition '
-        'gain: this share of the visits; 0: never; with acquisition site: so many steps saved, and 0 means 0.25',
+        'gain: this share of the visits; 0: never; with acquisition site: steps saved, and 0 means 0.25',
         low=0.0, high=100.0,
     )
     slip: float = parameter(0.0, 'probability that a move goes elsewhere in the transition model', low=0.0, high=0.9)
