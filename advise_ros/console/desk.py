@@ -138,7 +138,7 @@ class Desk:
         self._await(promise, client.call_async(request), what)
 
     def _await(self, promise: Promise[Reply], future: Future, what: str) -> None:
-        future.add_done_callback(lambda done: resolve(promise, reply_of(done.result())))
+        future.add_done_callback(lambda done: None if done.cancelled() else resolve(promise, reply_of(done.result())))
         self._waiting.append(Waiting(promise, future, time.monotonic() + PATIENCE_S, what))
 
     def _send_off(self, promise: Promise[Reply]) -> None:
@@ -234,6 +234,7 @@ class Desk:
             if now > waiting.until_s:
                 text = f'no reply to {waiting.what} within {PATIENCE_S:g} s: the node that serves it may be gone'
                 resolve(waiting.promise, no(text))
+                waiting.future.cancel()  # The client forgets it, or it would keep every request that nobody replied to.
         self._waiting = [waiting for waiting in self._waiting if not waiting.promise.done()]
 
 

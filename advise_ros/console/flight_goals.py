@@ -43,7 +43,9 @@ class FlightGoals:
         """Fly the newest policy from a cell; the promise gets what the policy node replies."""
         known = self._refusals()[0]
         sent: Future = self._fly.send_goal_async(Fly.Goal(start_cell=start_cell))
-        sent.add_done_callback(lambda done: self._on_reply(promise, known, bool(done.result().accepted)))
+        sent.add_done_callback(
+            lambda done: None if done.cancelled() else self._on_reply(promise, known, bool(done.result().accepted))
+        )
         return sent
 
     def look(self, now_s: float) -> None:

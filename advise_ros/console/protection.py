@@ -54,6 +54,7 @@ class Gate:
 
     def __init__(self, port: int, hosts: Iterable[str] = (), token: str = '') -> None:
         self.token = token or secrets.token_urlsafe(24)
+        hosts = tuple(hosts)
         own = [f'{name}:{port}' for name in ('127.0.0.1', 'localhost')]
         self._hosts = frozenset(name.lower() for name in (*own, *hosts))
         self._origins = frozenset(f'http://{name}' for name in own) | frozenset(

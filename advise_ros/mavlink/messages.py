@@ -94,6 +94,11 @@ _MASK_OTHERS, _BIT_OF_YAW_RATE = 0x05C0, 0x800
 FRAME_LOCAL_NED = int(dialect.MAV_FRAME_LOCAL_NED)
 
 
+def is_multicopter(heartbeat_message: Message) -> bool:
+    """Whether a HEARTBEAT is of ArduPilot or PX4 on a multicopter; cameras, gimbals and transponders name autopilots, too."""
+    return heartbeat_message.autopilot in AUTOPILOT_NAMES and heartbeat_message.type in MULTICOPTER_TYPES
+
+
 def is_plausible(message: Message) -> bool:
     """Whether every number that reaches a controller is finite and within what a multicopter can do.
 

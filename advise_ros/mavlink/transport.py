@@ -12,6 +12,7 @@ import os
 import socket
 import struct
 import termios
+import threading
 from typing import Any, Protocol
 
 import serial
@@ -115,10 +116,11 @@ class UdpIn:
         self._socket = _bound(self._url, socket.SOCK_DGRAM, self._address)
 
     def receive(self) -> tuple[bytes, Address | None]:
-        if self._socket is None:
+        bound = self._socket
+        if bound is None:
             raise OSError('closed')
         try:
-            return self._socket.recvfrom(READ_BYTES)
+            return bound.recvfrom(READ_BYTES)
         except (TimeoutError, ConnectionError):  # A refused datagram comes back as an error of the next read.
             return b'', None
 
@@ -173,24 +175,37 @@ class TcpOut:
     def __init__(self, url: str, address: Address) -> None:
         self._url, self._address = url, address
         self._socket: socket.socket | None = None
+        self._closed, self._lock = False, threading.Lock()
 
     def open(self) -> None:
         """Nothing to claim; the first `receive` connects."""
+        self._closed = False
 
     def _connect(self) -> socket.socket | None:
         return _prompt(socket.create_connection(self._address, timeout=WAIT_S))
 
     def receive(self) -> tuple[bytes, Address | None]:
-        if self._socket is None:
-            self._socket = self._connect()
+        stream = self._socket
+        if stream is None:
+            self._keep(self._connect())
             return b'', None
         try:
-            data = self._socket.recv(READ_BYTES)
+            data = stream.recv(READ_BYTES)
         except TimeoutError:
             return b'', None
         if not data:
             raise OSError('the peer closed the connection')
         return data, None
+
+    def _keep(self, connected: socket.socket | None) -> None:
+        """Take a connection, unless another thread closed the transport while it was made."""
+        with self._lock:
+            if not self._closed:
+                self._socket = connected
+                return
+        if connected is not None:
+            connected.close()
+        raise OSError('closed')
 
     def send(self, data: bytes, to: Address | None) -> None:
         if self._socket is None:
@@ -209,6 +224,8 @@ class TcpOut:
             stream.close()
 
     def close(self) -> None:
+        with self._lock:
+            self._closed = True
         self.drop()
 
 
@@ -220,21 +237,23 @@ class TcpIn(TcpOut):
         self._listener: socket.socket | None = None
 
     def open(self) -> None:
+        super().open()
         self._listener = _bound(self._url, socket.SOCK_STREAM, self._address)
         self._listener.listen(1)
 
     def _connect(self) -> socket.socket | None:
-        if self._listener is None:
+        listener = self._listener
+        if listener is None:
             raise OSError('closed')
         try:
-            client, _ = self._listener.accept()
+            client, _ = listener.accept()
         except TimeoutError:
             return None
         client.settimeout(WAIT_S)
         return _prompt(client)
 
     def close(self) -> None:
-        self.drop()
+        super().close()
         if self._listener is not None:
             self._listener.close()
             self._listener = None
@@ -248,8 +267,10 @@ class Serial:
     def __init__(self, device: str, baud: int) -> None:
         self._device, self._baud = device, baud
         self._port: serial.Serial | None = None
+        self._closed, self._lock = False, threading.Lock()
 
     def open(self) -> None:
+        self._closed = False
         try:
             self._port = self._opened()
         except (OSError, ValueError) as problem:
@@ -262,10 +283,19 @@ class Serial:
         return serial.Serial(self._device, self._baud, timeout=WAIT_S, write_timeout=0, exclusive=True)
 
     def receive(self) -> tuple[bytes, Address | None]:
-        if self._port is None:
-            self._port = self._opened()
-        first = self._port.read(1)
-        return first + self._port.read(self._port.in_waiting), None
+        port = self._port or self._opened_again()
+        first = port.read(1)
+        return first + port.read(port.in_waiting), None
+
+    def _opened_again(self) -> serial.Serial:
+        """The device, unless another thread closed the transport while it was opened."""
+        port = self._opened()
+        with self._lock:
+            if not self._closed:
+                self._port = port
+                return port
+        port.close()
+        raise OSError('closed')
 
     def send(self, data: bytes, to: Address | None) -> None:
         if self._port is None:
@@ -275,9 +305,11 @@ class Serial:
         self._port.write(data)
 
     def drop(self) -> None:
-        self.close()
+        port, self._port = self._port, None
+        if port is not None:
+            port.close()
 
     def close(self) -> None:
-        if self._port is not None:
-            self._port.close()
-            self._port = None
+        with self._lock:
+            self._closed = True
+        self.drop()

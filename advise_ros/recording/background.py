@@ -112,8 +112,8 @@ class BackgroundWriter:
             self._work()
             self._bag.close()
             self.counts = self._bag.counts
-        except OSError as problem:
-            self.problem = problem.strerror or str(problem)
+        except Exception as problem:  # noqa: BLE001  a writer that ended without a word would look like one that records
+            self.problem = getattr(problem, 'strerror', None) or f'{type(problem).__name__}: {problem}'
             self._bag.abandon()
         finally:
             self._disk.close()

@@ -13,7 +13,7 @@ from advise_ros.mavlink.messages import (
     HEARTBEAT,
     LOCAL_POSITION_NED,
     Message,
-    dialect,
+    is_multicopter,
     message_interval,
 )
 from advise_ros.mavlink.stamps import BootOrder, Stamper
@@ -21,14 +21,13 @@ from advise_ros.recording.tlog import SET_POSITION_TARGET_LOCAL_NED, after_heart
 
 # The second onboard computer: the first is the bridge.
 COMPONENT_ID = 192
-NO_AUTOPILOT = int(dialect.MAV_AUTOPILOT_INVALID)
 POSITION_RATE_HZ, STATE_RATE_HZ = 20.0, 5.0
 # An autopilot sends no positions by itself; ask again as long as none come.
 ASK_S = 2.0
 
 
 class Listener:
-    """Positions, setpoints and state of the first autopilot heard on a link.
+    """Positions, setpoints and state of the first multicopter on a link, chosen by its heartbeat as the bridge does.
 
     Setpoints are seen only where a router passes them on; without them the motion decides the actions.
     """
@@ -53,7 +52,7 @@ class Listener:
     def _take(self, received: Received, now_ns: int, steady_s: float) -> None:
         message = received.message
         kind, sender = message.get_msgId(), (message.get_srcSystem(), message.get_srcComponent())
-        if kind == HEARTBEAT and self.vehicle is None and message.autopilot != NO_AUTOPILOT:
+        if kind == HEARTBEAT and self.vehicle is None and is_multicopter(message):
             self.vehicle = sender
         if sender == self.vehicle:
             self._link.answer_to(received.source)

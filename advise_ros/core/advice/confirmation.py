@@ -51,8 +51,9 @@ def agreed(answers: Iterable[AdviceRecord], taken: Ints) -> tuple[AdviceRecord, 
 
     Of what was said equally often holds what the demonstrations bear out most.
     """
-    held = {one.advice_id for _, records in _by_states(answers) for one in _prevailing(records, taken)}
-    return tuple(one for one in answers if one.advice_id in held)
+    said = tuple(answers)
+    held = {one.advice_id for _, records in _by_states(said) for one in _prevailing(records, taken)}
+    return tuple(one for one in said if one.advice_id in held)
 
 
 def narrowed(answers: Iterable[AdviceRecord]) -> tuple[AdviceRecord, ...]:

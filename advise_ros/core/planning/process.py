@@ -19,6 +19,8 @@ from advise_ros.core.numerics import Bools, Floats, Ints, first_best
 
 # Outcomes that differ by less, summed over the targets, are one.
 ALIKE = 1e-12
+# A residual of this share of the largest value is rounding: no further sweep makes it smaller.
+ROUNDING = 64.0 * float(np.finfo(np.float64).eps)
 # Rows of transitions may miss a sum of 1 by this much.
 SUM_TOLERANCE = 1e-6
 
@@ -181,7 +183,8 @@ def plan(mdp: Mdp, reward: Floats, start: Floats | None = None, sweeps: int = 20
         sweeps: backups between two improvements.
 
     Returns:
-        The optimal value and Q, each within 1e-9 of the largest magnitude.
+        The optimal value and Q, each within 1e-9 of the largest magnitude, or as near as rounding allows where gamma is so
+        close to 1 that this is more.
     """
     n = mdp.n_states
     value, policy, solved = np.zeros(n) if start is None else start, np.full(n, -1), False
@@ -189,7 +192,7 @@ def plan(mdp: Mdp, reward: Floats, start: Floats | None = None, sweeps: int = 20
     while True:
         q = reward[:, None] + mdp.gamma * mdp.expected(value).T
         improved = q.max(axis=1)
-        if np.abs(improved - value).max() <= limit:
+        if np.abs(improved - value).max() <= max(limit, ROUNDING * float(np.abs(improved).max())):
             return Plan(improved, q)
         best = q.argmax(axis=1)
         chosen = mdp.outcomes(np.arange(n), best)

@@ -95,3 +95,10 @@ def test_a_message_that_is_too_big_ends_the_connection(gate: Gate) -> None:
 def test_too_many_messages_end_the_connection(gate: Gate) -> None:
     many = [{'type': 'websocket.receive', 'text': 'x'}] * int(2 * BURST)
     assert through(gate, many)[-1] == {'type': 'websocket.disconnect', 'code': TOO_MANY}
+
+
+def test_names_that_can_be_gone_through_only_once_all_count() -> None:
+    """As the node gives them: it splits a parameter and drops what is empty."""
+    gate = Gate(PORT, filter(None, ['drone.example.org', '']), 'secret')
+    behind_a_proxy = scope(cookie=COOKIE, host='drone.example.org', origin='https://drone.example.org')
+    assert gate.look(behind_a_proxy) is None

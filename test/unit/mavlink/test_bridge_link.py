@@ -13,6 +13,7 @@ import pytest
 from advise_ros.core.errors import InputError
 from advise_ros.mavlink import messages as mav
 from advise_ros.mavlink.link import Link, Received
+from advise_ros.mavlink.transport import Serial, TcpOut
 from support import reserve
 
 PATIENCE_S = 20.0
@@ -205,3 +206,42 @@ def test_a_signed_link_hears_its_own_kind_alone(opened: Callable[..., Link]) -> 
     wait_until(lambda: stranger.send(mav.heartbeat()) and link.refused_signatures > 0, 'a refusal')
     assert link.doubt == 'a frame is not signed, but a key is set'
     assert hear(link, lambda: friend.send(mav.heartbeat())).message.get_srcSystem() == 21
+
+
+def test_a_tcp_connection_made_while_the_link_is_closed_is_given_back(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The owner closes in its thread while the reader connects in another."""
+    with socket.socket(socket.AF_INET, socket.SOCK_STREAM) as listener:
+        listener.bind(('127.0.0.1', 0))
+        listener.listen(1)
+        transport = TcpOut('', listener.getsockname())
+        made = socket.create_connection(listener.getsockname())
+
+        def connect() -> socket.socket:
+            transport.close()
+            return made
+
+        monkeypatch.setattr(transport, '_connect', connect)
+        with pytest.raises(OSError, match='closed'):
+            transport.receive()
+        assert made.fileno() == -1
+        with pytest.raises(OSError, match='not connected'):
+            transport.send(b'x', None)
+
+
+def test_a_serial_device_opened_while_the_link_is_closed_is_given_back(monkeypatch: pytest.MonkeyPatch) -> None:
+    ours, theirs = os.openpty()
+    try:
+        transport = Serial(os.ttyname(theirs), 57600)
+        made = transport._opened()
+
+        def opened() -> object:
+            transport.close()
+            return made
+
+        monkeypatch.setattr(transport, '_opened', opened)
+        with pytest.raises(OSError, match='closed'):
+            transport.receive()
+        assert not made.is_open
+    finally:
+        os.close(ours)
+        os.close(theirs)

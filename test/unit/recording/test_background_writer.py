@@ -106,3 +106,13 @@ def test_no_handle_is_left_open(tmp_path: Path) -> None:
     writer.close()
     assert len(list((tmp_path / 'bag').glob('*.mcap'))) >= 3
     until(lambda: n_handles() <= before)
+
+
+def test_a_mistake_in_the_writer_ends_the_recording_with_its_words(tmp_path: Path) -> None:
+    writer = begin(tmp_path)
+    writer.write([Entry('/never_opened', 1, 1, DATA)])
+    until(lambda: writer.problem)
+    assert writer.problem == "KeyError: '/never_opened'"
+    writer.write(entries(0, 10))
+    writer.close()
+    assert writer.counts == {}

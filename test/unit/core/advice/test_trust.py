@@ -84,3 +84,7 @@ def test_enough_advice_ends_the_questions_and_is_told() -> None:
     assert left.doubt_left == 0.0
     assert not left.enough_advice
     assert len(advice_in(asking.log)) >= 6
+
+
+def test_answers_may_come_one_after_the_other() -> None:
+    assert agreed(iter((WRONG, RIGHT, WRONG_AGAIN)), TAKEN) == (WRONG, WRONG_AGAIN)

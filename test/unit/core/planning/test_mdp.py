@@ -64,3 +64,13 @@ def test_occupancy_counts_discounted_visits() -> None:
     east = np.zeros((4, 4))
     east[:, EAST] = 1.0
     assert occupancy(mdp, east, np.eye(4)[0]) == pytest.approx([1.0, 0.5, 0.25, 0.25])
+
+
+@pytest.mark.parametrize('gamma', [0.9995, 0.9999, 0.99999])
+def test_planning_ends_where_rounding_is_all_that_is_left(gamma: float) -> None:
+    mdp = mdp_of(ROUND_TRIP, 0.1, gamma)
+    reward = np.random.default_rng(0).normal(size=mdp.n_states)
+    value, q = plan(mdp, reward)
+    assert q.max(axis=1) == pytest.approx(value)
+    backed_up = (reward[:, None] + gamma * mdp.expected(value).T).max(axis=1)
+    assert np.abs(backed_up - value).max() <= 1e-12 * np.abs(value).max()
