@@ -22,6 +22,7 @@ from advise_ros.core.demonstrations.discretise import DiscretiseSettings
 from advise_ros.core.errors import AdviseError, LogError
 from advise_ros.core.grid.cell_tracker import check_hysteresis
 from advise_ros.core.grid.grid import Grid
+from advise_ros.core.units import NS
 from advise_ros.exits import INTERRUPTED, OK, USAGE, fail
 from advise_ros.recording.bags import DEFAULT_TOPICS, BagTopics
 from advise_ros.recording.dataset import Dataset, save_dataset
@@ -30,7 +31,6 @@ from advise_ros.recording.gridfile import load_grid
 from advise_ros.recording.harvest import Harvest, Task, harvest, harvest_all
 from advise_ros.recording.sources import find_recordings
 
-NS = 1_000_000_000
 TABLE_COLUMNS = 120  # Where the terminal does not tell its width.
 WAYPOINTS_SHOWN = 6
 ROWS_SHOWN = 100

@@ -21,7 +21,8 @@ from advise_ros.core.planning.expected_success import expected_success
 from advise_ros.core.planning.process import terminal
 from advise_ros.core.planning.rollout import rollout, step_budget
 from advise_ros.core.questions.uncertainty import uncertainty
-from advise_ros.ros.convert import NS, stamp_to_ns
+from advise_ros.core.units import NS
+from advise_ros.ros.convert import stamp_to_ns
 
 View = dict[str, Any]
 # Digits of a share between 0 and 1, one character a state.

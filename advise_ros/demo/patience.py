@@ -8,7 +8,8 @@ import time
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
-NS = 1_000_000_000
+from advise_ros.core.units import NS
+
 TICKS_PER_S = os.sysconf('SC_CLK_TCK')
 # The processes are looked at this often; each look reads a small file for every thread.
 LOOK_S = 1.0

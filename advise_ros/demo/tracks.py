@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 from geometry_msgs.msg import PoseStamped
 
-NS = 1_000_000_000
+from advise_ros.core.units import NS
 
 
 class TrackLog:

@@ -9,8 +9,8 @@ from __future__ import annotations
 
 from types import MappingProxyType
 
+from advise_ros.core.units import Vector
 from advise_ros.mavlink import messages as mav
-from advise_ros.mavlink.frames import Vector
 from advise_ros.mavlink.machine import Machine, Step
 from advise_ros.mavlink.messages import Message
 from advise_ros.mavlink.ownership import Holder

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from advise_ros.config import MavlinkBridgeConfig
+from advise_ros.core.units import Vector
 from advise_ros.mavlink import messages as mav
 from advise_ros.mavlink.ardupilot import ArduPilot
 from advise_ros.mavlink.estimator import Estimator
-from advise_ros.mavlink.frames import Vector
 from advise_ros.mavlink.machine import Machine
 from advise_ros.mavlink.messages import Message
 from advise_ros.mavlink.px4 import Px4

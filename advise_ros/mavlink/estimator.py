@@ -10,8 +10,8 @@ import math
 from collections import deque
 from collections.abc import Callable
 
+from advise_ros.core.units import Vector
 from advise_ros.mavlink import messages as mav
-from advise_ros.mavlink.frames import Vector
 from advise_ros.mavlink.messages import Message
 from advise_ros.mavlink.vehicle import Motion
 

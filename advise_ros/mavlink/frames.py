@@ -7,7 +7,7 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-Vector = tuple[float, float, float]
+from advise_ros.core.units import Vector
 
 
 def enu_from_ned(vector_ned: Vector) -> Vector:

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from advise_ros.mavlink.frames import Vector
+from advise_ros.core.units import Vector
 from advise_ros.mavlink.vehicle import Motion
 
 # The vehicle stops where its velocity leads it in this time.

@@ -6,8 +6,8 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from typing import ClassVar
 
+from advise_ros.core.units import Vector
 from advise_ros.mavlink import messages as mav
-from advise_ros.mavlink.frames import Vector
 from advise_ros.mavlink.messages import Message
 from advise_ros.mavlink.ownership import FailsafeWatch, Holder, Ownership
 from advise_ros.mavlink.refusals import Situation, refusal

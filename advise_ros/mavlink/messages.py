@@ -9,8 +9,9 @@ from typing import Any
 
 from pymavlink.dialects.v20 import ardupilotmega
 
+from advise_ros.core.units import Vector
 from advise_ros.mavlink import current_mode
-from advise_ros.mavlink.frames import Vector, ned_from_enu, yaw_rate_enu_from_ned
+from advise_ros.mavlink.frames import ned_from_enu, yaw_rate_enu_from_ned
 
 Message = Any  # pymavlink has no types: a decoded dialect.MAVLink_message
 dialect = ardupilotmega

@@ -13,8 +13,8 @@ from __future__ import annotations
 import math
 from types import MappingProxyType
 
+from advise_ros.core.units import Vector
 from advise_ros.mavlink import messages as mav
-from advise_ros.mavlink.frames import Vector
 from advise_ros.mavlink.hold import NO_PLACE, PROMPT_S, Hold
 from advise_ros.mavlink.machine import Machine, Step
 from advise_ros.mavlink.messages import Message

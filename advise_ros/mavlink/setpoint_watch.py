@@ -12,7 +12,7 @@ import math
 from collections import deque
 from typing import NamedTuple
 
-from advise_ros.mavlink.frames import Vector
+from advise_ros.core.units import ZERO, Vector
 from advise_ros.mavlink.messages import Message
 
 # Velocities are remembered for longer than a link may delay them there and their echo back: half a minute of ever
@@ -27,7 +27,6 @@ FOREIGN_REPORTS, FOREIGN_WITHIN_S = 2, 3.0
 # What the autopilot has made of a setpoint may be one that came so much later than the last one seen unchanged.
 MADE_OF_LATER_S = 1.0
 IGNORES_PLACE, IGNORES_VELOCITY = 0x007, 0x038
-ZERO = (0.0, 0.0, 0.0)
 
 
 class Sent(NamedTuple):

@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections import deque
 from statistics import median
 
+from advise_ros.core.units import NS
 from advise_ros.mavlink.timesync import Bounds
 
-NS_PER_MS, NS = 1_000_000, 1_000_000_000
+NS_PER_MS = 1_000_000
 # Simulated time runs many times faster than messages travel: a busy moment looks like a minute.
 SIMULATED_DEVIATION_NS = 60 * NS
 # A busy moment delays a few messages; a clock that was set keeps its distance.

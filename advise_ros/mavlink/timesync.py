@@ -8,10 +8,10 @@ from __future__ import annotations
 from collections import deque
 from typing import NamedTuple
 
+from advise_ros.core.units import NS
 from advise_ros.mavlink import messages as mav
 from advise_ros.mavlink.messages import Message
 
-NS = 1_000_000_000
 ASK_S = 0.25
 # The slowest answer of this long counts: a delay that jitters is as long as its longest.
 RECENT_S = 2.0

@@ -8,8 +8,9 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
+from advise_ros.core.units import Vector
 from advise_ros.mavlink import messages as mav
-from advise_ros.mavlink.frames import Vector, enu_from_ned, yaw_enu_from_ned
+from advise_ros.mavlink.frames import enu_from_ned, yaw_enu_from_ned
 from advise_ros.mavlink.messages import Message
 from advise_ros.mavlink.stamps import BootOrder
 

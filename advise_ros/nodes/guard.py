@@ -15,11 +15,12 @@ from advise_ros.core.grid.grid import Grid
 from advise_ros.core.guard import rules
 from advise_ros.core.guard.fence import Fence, corners_from_text, fence_around
 from advise_ros.core.guard.monitor import GuardMonitor, MonitorSettings
+from advise_ros.core.units import MAP_FRAME, ZERO
 from advise_ros.recording.gridfile import load_grid
 from advise_ros.ros import diagnostics, parameters, qos, run
 from advise_ros.ros.arrival import ArrivalWatch
 from advise_ros.ros.change_log import ChangeLog
-from advise_ros.ros.convert import MAP_FRAME, stamp_to_ns
+from advise_ros.ros.convert import stamp_to_ns
 from advise_ros.ros.deadline import Deadline
 from advise_ros.ros.flying import velocity_command
 from advise_ros.ros.guard_log import GuardLog
@@ -155,7 +156,7 @@ class Guard(ManagedNode):
     def end(self) -> None:
         self._monitor.clear()
         if self._commanded:
-            self._pass_on(rules.ZERO, 0.0)
+            self._pass_on(ZERO, 0.0)
 
     def close_down(self) -> None:
         for timer in (self._tick, self._late_pose, self._late_command):
@@ -189,7 +190,7 @@ class Guard(ManagedNode):
         if verdict is not None:
             self._pass_on(verdict.velocity_enu_m_s, verdict.yaw_rate_rad_s)
         elif self._commanded:
-            self._pass_on(rules.ZERO, 0.0)
+            self._pass_on(ZERO, 0.0)
         if not self.active:
             return
         said, warns = self._log.look(self._monitor, '' if verdict is None else verdict.reason, now_s)

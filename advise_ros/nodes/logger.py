@@ -14,6 +14,7 @@ from rclpy.node import Node
 
 from advise_ros.config import LoggerConfig
 from advise_ros.core.errors import InputError
+from advise_ros.core.units import NS
 from advise_ros.recording import platform
 from advise_ros.recording.background import MIB, BackgroundWriter, Entry, Limits
 from advise_ros.recording.definitions import definition
@@ -32,7 +33,6 @@ PLATFORM_RECORD = 'platform'
 READ_AT = 'log time (ns)'
 # builtin_interfaces/Time behind the encapsulation of a message in CDR (little-endian).
 CLOCK_CDR = struct.Struct('<4xiI')
-NS = 1_000_000_000
 
 
 class Logger(Node):

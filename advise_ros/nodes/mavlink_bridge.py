@@ -14,6 +14,7 @@ from std_srvs.srv import Trigger
 
 from advise_ros.config import MavlinkBridgeConfig
 from advise_ros.core.guard import rules
+from advise_ros.core.units import MAP_FRAME, ZERO
 from advise_ros.mavlink.companion import Companion, Settings, Status
 from advise_ros.mavlink.link import Link, Received
 from advise_ros.mavlink.messages import Message
@@ -35,7 +36,6 @@ from advise_ros.nodes.guard import (
 from advise_ros.ros import diagnostics, parameters, qos, run
 from advise_ros.ros.autopilot_clock import ClockTeller
 from advise_ros.ros.change_log import ChangeLog
-from advise_ros.ros.convert import MAP_FRAME
 from advise_ros.ros.guard_log import GuardLog
 from advise_ros.ros.managed import ManagedNode
 from advise_ros.ros.simulated_clock import REMEDY
@@ -227,7 +227,7 @@ class MavlinkBridge(ManagedNode):
             return
         verdict = self._monitor.verdict(now_s)
         self._note(verdict.reason if verdict is not None else '', now_s)
-        velocity, yaw_rate = (rules.ZERO, 0.0) if verdict is None else verdict[:2]
+        velocity, yaw_rate = (ZERO, 0.0) if verdict is None else verdict[:2]
         no_place = self._monitor.position_doubt(now_s) or ('it is brought back inside' if self._monitor.returning else '')
         setpoint = self._companion.setpoint(velocity, yaw_rate, now_s, no_place)
         self._transmit([] if setpoint is None else [setpoint])

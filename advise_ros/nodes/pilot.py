@@ -22,9 +22,9 @@ from advise_ros.core.flight.leg_follower import Pose
 from advise_ros.core.flight.mission import Ask, Mission, Stage
 from advise_ros.core.flight.pilot_flight import PilotFlight
 from advise_ros.core.flight.vehicle_state import Vehicle
-from advise_ros.core.flight.velocity_law import ZERO
 from advise_ros.core.grid.grid import Grid
 from advise_ros.core.people.simulated_pilot import Demonstrator
+from advise_ros.core.units import ZERO
 from advise_ros.recording.gridfile import load_grid
 from advise_ros.ros import parameters, qos, run
 from advise_ros.ros.clock_watch import ClockWatch

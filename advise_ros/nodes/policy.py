@@ -18,11 +18,11 @@ from std_srvs.srv import Trigger
 from advise_msgs.action import Fly
 from advise_msgs.msg import Policy, VehicleStatus
 from advise_ros.config import PolicyConfig
-from advise_ros.core.flight.leg_follower import NS, Pose
+from advise_ros.core.flight.leg_follower import Pose
 from advise_ros.core.flight.policy_flight import Phase, PolicyFlight
 from advise_ros.core.flight.vehicle_state import why_no_commands
-from advise_ros.core.flight.velocity_law import ZERO
 from advise_ros.core.grid.grid import Grid
+from advise_ros.core.units import NS, ZERO
 from advise_ros.recording.gridfile import load_grid
 from advise_ros.ros import parameters, qos, run
 from advise_ros.ros.convert import vehicle_from_msg

@@ -19,6 +19,7 @@ from advise_ros.core.demonstrations.recorded_flights import demonstrations_of
 from advise_ros.core.demonstrations.recorder import Phase, Recorder, Reply
 from advise_ros.core.demonstrations.samples import VehicleEvent
 from advise_ros.core.errors import InputError
+from advise_ros.core.units import MAP_FRAME
 from advise_ros.mavlink.link import Link
 from advise_ros.recording.gridfile import load_grid
 from advise_ros.recording.listener import COMPONENT_ID, Listener
@@ -143,9 +144,9 @@ class RecorderNode(Node):
             self._recorder.command(convert.stamp_to_ns(message.header.stamp), (linear.x, linear.y, linear.z))
 
     def _is_in_map(self, what: str, frame_id: str) -> bool:
-        if frame_id == convert.MAP_FRAME:
+        if frame_id == MAP_FRAME:
             return True
-        self._refuse(f"{what} in frame '{frame_id}' are refused; send them in frame '{convert.MAP_FRAME}' (ENU)")
+        self._refuse(f"{what} in frame '{frame_id}' are refused; send them in frame '{MAP_FRAME}' (ENU)")
         return False
 
     def _refuse(self, sentence: str) -> None:

@@ -16,8 +16,8 @@ from advise_msgs.msg import VehicleStatus
 from advise_ros.config import TeleopConfig
 from advise_ros.core.flight.keyboard import MOTIONS, Key, Stick, decode
 from advise_ros.core.flight.leg_follower import Pose
-from advise_ros.core.flight.velocity_law import ZERO
 from advise_ros.core.grid.cell_tracker import CellTracker
+from advise_ros.core.units import ZERO
 from advise_ros.recording.gridfile import load_grid
 from advise_ros.ros import parameters, qos, run
 from advise_ros.ros.diagnostics import OK, WARN, Diagnostics

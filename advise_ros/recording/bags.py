@@ -19,6 +19,7 @@ from advise_ros.core.demonstrations.samples import (
     VehicleEvent,
 )
 from advise_ros.core.errors import LogError
+from advise_ros.core.units import MAP_FRAME
 from advise_ros.recording import px4
 from advise_ros.recording.blocks import Block, Channel, Integers
 from advise_ros.recording.codec import Codec
@@ -26,8 +27,6 @@ from advise_ros.recording.columns import STRINGS, Growing, read, why_unlike
 from advise_ros.recording.states import ADVISE, EVENT_OF, STATES, stamp_ns, status_names
 from advise_ros.recording.storage import open_source
 
-NS = 1_000_000_000
-MAP_FRAME = 'map'
 # ArduPilot's DDS sends positions east-north-up from its origin and calls their frame so all the same.
 ARDUPILOT_POSES, ARDUPILOT_FRAME = ('ap/pose/filtered', 'ap/v1/pose/filtered'), 'base_link'
 POSE_TYPES = (

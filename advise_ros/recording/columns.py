@@ -15,10 +15,10 @@ import numpy as np
 import numpy.typing as npt
 from rosbags.interfaces import Nodetype
 
+from advise_ros.core.units import NS
 from advise_ros.recording.blocks import Block, Channel, Integers, gather
 from advise_ros.recording.codec import parsed
 
-NS = 1_000_000_000
 # Type -> strings before its first vector.
 STRINGS = {
     'geometry_msgs/msg/PoseStamped': 1,

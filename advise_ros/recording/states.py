@@ -6,8 +6,9 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from advise_ros.core.demonstrations.samples import VehicleEvent
+from advise_ros.core.units import NS
 
-NS, NS_PER_US = 1_000_000_000, 1000
+NS_PER_US = 1000
 ADVISE, MAVROS, PX4 = 'advise_msgs/msg/VehicleStatus', 'mavros_msgs/msg/State', 'px4_msgs/msg/VehicleStatus'
 # Where each is found if nobody names a topic; a name without leading '/' is that of any namespace.
 STATES = ((ADVISE, 'vehicle_status'), (MAVROS, 'state'), (PX4, 'fmu/out/vehicle_status'), (PX4, 'fmu/out/vehicle_status_v1'))

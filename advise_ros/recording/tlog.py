@@ -15,8 +15,9 @@ import numpy as np
 
 from advise_ros.core.demonstrations.samples import Arrivals, CommandSamples, PoseSamples, Recording, VehicleEvent
 from advise_ros.core.errors import LogError
+from advise_ros.core.units import Vector
 from advise_ros.mavlink.companion import MACHINES
-from advise_ros.mavlink.frames import Vector, enu_from_ned
+from advise_ros.mavlink.frames import enu_from_ned
 from advise_ros.mavlink.messages import (
     AUTOPILOT_NAMES,
     EXTENDED_SYS_STATE,

@@ -6,7 +6,8 @@ from itertools import pairwise
 from typing import NamedTuple
 
 from advise_ros.core.flight.policy_flight import Phase
-from advise_ros.replay.session import NS, Recorded, RecordedSession, at
+from advise_ros.core.units import NS
+from advise_ros.replay.session import Recorded, RecordedSession, at
 
 UNDER_WAY = (Phase.TO_START, Phase.FLYING)
 # A policy node in flight is never silent for this long: it answers poses, and holds by zero velocity without them.

@@ -10,6 +10,7 @@ from advise_ros.core.errors import InputError
 from advise_ros.core.flight.leg_follower import Pose
 from advise_ros.core.flight.policy_flight import FlightPlan, Phase, PolicyFlight
 from advise_ros.core.grid.grid import Grid
+from advise_ros.core.units import ZERO
 from advise_ros.replay.decisions import decision
 from advise_ros.replay.flight_parts import Flight, flights_of
 from advise_ros.replay.session import Recorded, RecordedSession, at
@@ -19,7 +20,6 @@ from advise_ros.ros.flying import velocity_command
 
 # A flight is ended from outside: the poses do not tell.
 FROM_OUTSIDE = (Phase.CANCELED, Phase.STOPPED)
-ZERO = (0.0, 0.0, 0.0)
 
 
 def flight_stages(session: RecordedSession, comparison: Comparison) -> list[Stage]:

@@ -7,6 +7,7 @@ from typing import NamedTuple, TypeAlias
 from advise_msgs.msg import VehicleStatus
 from advise_ros.core.advice.advice import AdviceRecord
 from advise_ros.core.demonstrations.demonstration import EndReason
+from advise_ros.core.units import NS
 from advise_ros.recording.codec import Codec
 from advise_ros.recording.messages import Bag, Message
 from advise_ros.replay.demonstrations import is_flown
@@ -18,7 +19,6 @@ from advise_ros.replay.session import (
     COMMAND_TYPE,
     DEMONSTRATION_TYPE,
     FLIGHT_TYPE,
-    NS,
     POLICY_TYPE,
     Recorded,
     RecordedSession,

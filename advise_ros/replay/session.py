@@ -14,6 +14,7 @@ from advise_ros import config
 from advise_ros.core.demonstrations.samples import PoseSamples, Recording
 from advise_ros.core.errors import InputError, LogError
 from advise_ros.core.grid.grid import Grid
+from advise_ros.core.units import NS
 from advise_ros.recording import platform
 from advise_ros.recording.bags import BagTopics, read_bag
 from advise_ros.recording.codec import Codec
@@ -22,7 +23,6 @@ from advise_ros.recording.messages import Bag, Message
 from advise_ros.recording.storage import open_source
 from advise_ros.replay.overrides import GRID, Overrides, other_grid
 
-NS = 1_000_000_000
 PARAMETERS_RECORD = 'parameters '
 PLATFORM_RECORD = 'platform'
 # When the logger read the parameters (its clock, ns); bags of earlier versions do not hold it.
@@ -52,7 +52,6 @@ EARLIER: Mapping[str, Mapping[str, Any]] = {
     'AdviseConfig': {'clustering': 'k_means', 'confirm': False},
     'PolicyConfig': {'centre_first': False},
 }
-
 
 
 class Parameters(NamedTuple):

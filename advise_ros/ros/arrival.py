@@ -6,7 +6,8 @@ import math
 import time
 from collections.abc import Mapping
 
-NS = 1_000_000_000
+from advise_ros.core.units import NS
+
 # The shortest way of a message is that of the last window or two.
 WINDOW_S = 2.0
 # A longer wait is none: somebody's clock was set.

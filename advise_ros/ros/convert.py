@@ -8,9 +8,7 @@ from advise_msgs import msg
 from advise_ros.core.demonstrations.demonstration import Audit, Demonstration, EndReason
 from advise_ros.core.flight.vehicle_state import Vehicle
 from advise_ros.core.grid.grid import Grid
-
-NS = 1_000_000_000
-MAP_FRAME = 'map'
+from advise_ros.core.units import MAP_FRAME, NS
 
 
 def stamp_to_ns(stamp: Time) -> int:

@@ -12,7 +12,8 @@ import numpy as np
 from advise_msgs import msg, srv
 from advise_ros.core.advice.advice import AdviceRecord, Answer, Outcome, Query, Verdict
 from advise_ros.core.grid.grid import Action, Grid
-from advise_ros.ros.convert import MAP_FRAME, grid_to_msg, stamp_from_ns
+from advise_ros.core.units import MAP_FRAME
+from advise_ros.ros.convert import grid_to_msg, stamp_from_ns
 
 if TYPE_CHECKING:  # The learner's solvers take seconds to import, and commands need none of them.
     from advise_ros.core.learning.learner import Learned

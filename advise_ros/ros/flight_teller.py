@@ -6,8 +6,9 @@ from rclpy.node import Node
 
 from advise_msgs.msg import FlightStatus
 from advise_ros.core.flight.policy_flight import Phase, PolicyFlight
+from advise_ros.core.units import MAP_FRAME
 from advise_ros.ros import qos
-from advise_ros.ros.convert import MAP_FRAME, stamp_from_ns
+from advise_ros.ros.convert import stamp_from_ns
 
 
 class FlightTeller:

@@ -9,8 +9,8 @@ from geometry_msgs.msg import PoseStamped, TwistStamped
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 
 from advise_ros.core.flight.leg_follower import Pose
-from advise_ros.core.flight.velocity_law import Vector
-from advise_ros.ros.convert import MAP_FRAME, NS, stamp_from_ns, stamp_to_ns
+from advise_ros.core.units import MAP_FRAME, NS, Vector
+from advise_ros.ros.convert import stamp_from_ns, stamp_to_ns
 
 # A node that flies wants the newest pose, not a queue of old ones.
 NEWEST_POSE = QoSProfile(

@@ -9,6 +9,7 @@ from visualization_msgs.msg import MarkerArray
 from advise_msgs.msg import Advice, AdviceQuery, Demonstration, LearnerStatus, Policy
 from advise_ros.core.advice.advice import AdviceRecord
 from advise_ros.core.learning.learner import Learned
+from advise_ros.core.units import MAP_FRAME
 from advise_ros.ros import convert, convert_advice, maps, markers, qos
 
 
@@ -48,7 +49,7 @@ class LearnerTopics:
         self._log.publish(convert_advice.advice_to_msg(record, stamp_ns))
 
     def status(self, status: LearnerStatus) -> None:
-        status.header.frame_id = convert.MAP_FRAME
+        status.header.frame_id = MAP_FRAME
         status.header.stamp = convert.stamp_from_ns(self.now_ns())
         self._status.publish(status)
 

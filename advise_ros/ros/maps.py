@@ -14,7 +14,8 @@ from nav_msgs.msg import OccupancyGrid
 
 from advise_ros.core.grid.grid import N_ACTIONS, Grid
 from advise_ros.core.learning.learner import Learned
-from advise_ros.ros.convert import MAP_FRAME, grid_to_msg, stamp_from_ns
+from advise_ros.core.units import MAP_FRAME
+from advise_ros.ros.convert import grid_to_msg, stamp_from_ns
 
 FULL = 100
 BLOCKED = -1

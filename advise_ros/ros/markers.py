@@ -11,7 +11,8 @@ from visualization_msgs.msg import Marker, MarkerArray
 
 from advise_ros.core.advice.advice import Query
 from advise_ros.core.grid.grid import ACTION_STEP, Grid
-from advise_ros.ros.convert import MAP_FRAME, stamp_from_ns
+from advise_ros.core.units import MAP_FRAME
+from advise_ros.ros.convert import stamp_from_ns
 
 if TYPE_CHECKING:  # The recorder draws the track, and needs no learner.
     from advise_ros.core.learning.learner import Learned

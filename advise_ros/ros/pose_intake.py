@@ -8,8 +8,9 @@ from collections.abc import Mapping
 from geometry_msgs.msg import PoseStamped
 from rclpy.node import Node
 
-from advise_ros.core.flight.leg_follower import NS, Pose
+from advise_ros.core.flight.leg_follower import Pose
 from advise_ros.core.guard.delay_watch import DelayWatch
+from advise_ros.core.units import NS
 from advise_ros.ros.arrival import ArrivalWatch
 from advise_ros.ros.flying import PoseGate
 

@@ -10,11 +10,12 @@ from rclpy.node import Node
 from sensor_msgs.msg import BatteryState
 
 from advise_msgs.msg import VehicleStatus
+from advise_ros.core.units import MAP_FRAME
 from advise_ros.mavlink.companion import Status
 from advise_ros.mavlink.stamps import Stamper
 from advise_ros.mavlink.vehicle import Attitude, Battery, Motion
 from advise_ros.ros import qos
-from advise_ros.ros.convert import MAP_FRAME, stamp_from_ns
+from advise_ros.ros.convert import stamp_from_ns
 from advise_ros.ros.simulated_clock import SimulatedClock
 
 STATUS_PERIOD_S = 1.0

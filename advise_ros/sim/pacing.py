@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-NS = 1_000_000_000
+from advise_ros.core.units import NS
+
 MAX_DEBT_NS = NS // 4
 WINDOW_NS = 2 * NS
 

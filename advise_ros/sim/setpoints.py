@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
+from advise_ros.core.units import Vector
 from advise_ros.mavlink import frames
 
 POSITION_BITS, VELOCITY_BITS, ACCELERATION_BITS = 0x007, 0x038, 0x1C0
@@ -21,8 +22,6 @@ KNOWN_FRAMES = OFFSET_FRAMES | {LOCAL_NED}
 
 # Slower than this, the nose keeps its heading instead of turning to the travel direction.
 TURNING_SPEED_M_S = 0.25
-
-Vector = tuple[float, float, float]
 
 
 class Setpoint(NamedTuple):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-NS = 1_000_000_000
+from advise_ros.core.units import NS
 
 
 class Streams:

@@ -19,7 +19,6 @@ from advise_ros.sim.setpoints import ACCELERATION_BITS, POSITION_BITS, VELOCITY_
 from advise_ros.sim.vehicle import BOOTED_AT_UNIX_S, Vehicle
 
 Message = Any
-NS = 1_000_000_000
 
 FILTER_STARTING = 0xA7  # With 0x80: constant position, no aiding.
 PREARM_CHECK = mavlink.MAV_SYS_STATUS_PREARM_CHECK

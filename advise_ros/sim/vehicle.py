@@ -12,6 +12,7 @@ import numpy as np
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from advise_ros.config import SimulatorConfig
+from advise_ros.core.units import NS
 from advise_ros.sim.battery import Battery
 from advise_ros.sim.control import Limits, Target
 from advise_ros.sim.flight import Flight
@@ -22,7 +23,6 @@ from advise_ros.sim.satellites import ArduPilotFilter, Px4Filter
 from advise_ros.sim.setpoints import Setpoint
 from advise_ros.sim.wind import Wind
 
-NS = 1_000_000_000
 DISARM_DELAY_S = 10.0
 # Contact until the landing is believed and the motors are stopped.
 LANDED_AFTER_S = 2.2

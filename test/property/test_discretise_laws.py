@@ -11,7 +11,8 @@ from advise_ros.core.demonstrations.samples import PoseSamples, Recording
 from advise_ros.core.grid.cell_path import Follower
 from advise_ros.core.grid.cell_tracker import CellTracker, Fix
 from advise_ros.core.grid.grid import Grid
-from support.flown import GRID, NS, commands_of, flight, joined, round_trip
+from advise_ros.core.units import NS
+from support.flown import GRID, commands_of, flight, joined, round_trip
 
 SETTINGS = DiscretiseSettings()
 OPEN = Grid(2.0, 5, 5, (-1.0, -1.0), 5.0, waypoints=(24, 4, 20, 0))
@@ -83,6 +84,8 @@ def test_the_live_tracker_and_the_vectorised_rule_agree(recording: Recording) ->
     st.integers(0, 2**32), st.integers(1, 250), st.sampled_from([0.02, 0.2, 0.6, 2.0]),
     st.sampled_from([0.0, 0.1, 0.49]), st.sampled_from([OPEN, NARROW]),
 )
+
+
 @settings(max_examples=300, deadline=None)
 def test_a_flight_at_once_is_tracked_as_fix_by_fix(seed: int, n: int, step_m: float, hysteresis_m: float, grid: Grid) -> None:
     rng = np.random.default_rng(seed)

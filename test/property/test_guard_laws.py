@@ -8,9 +8,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from advise_ros.core.guard import rules
 from advise_ros.core.guard.fence import Fence, box, stopping_speed_m_s
 from advise_ros.core.guard.rules import Command, Limits, Position, check
+from advise_ros.core.units import ZERO
 from support.guarded_flight import BOUND_M, episode
 
 LOW, HIGH = (-2.0, -3.0, 1.0), (10.0, 9.0, 9.0)
@@ -51,7 +51,7 @@ def test_stale_or_foreign_or_infinite_is_zero(command: Command | None, position:
     )
     verdict = check(command, position, LIMITS)
     if not sound:
-        assert verdict.velocity_enu_m_s == rules.ZERO
+        assert verdict.velocity_enu_m_s == ZERO
         assert verdict.reason
 
 
@@ -102,6 +102,8 @@ def worst_flight(pushes: list[float], pose_gap_s: float, lost_after_s: float, st
     st.lists(st.sampled_from([100.0, 4.0, 1.0, -4.0, 0.0]), min_size=4, max_size=12),
     st.sampled_from([0.0, 0.1, 0.25, 0.45]), st.floats(0.5, 12.0), st.floats(-2.0, 10.0),
 )
+
+
 def test_a_vehicle_that_brakes_as_promised_never_leaves_the_fence(
     pushes: list[float], pose_gap_s: float, lost_after_s: float, start: float
 ) -> None:

@@ -20,10 +20,11 @@ from advise_ros.core.demonstrations.demonstration import EndReason
 from advise_ros.core.demonstrations.discretise import discretise
 from advise_ros.core.demonstrations.samples import NO_COMMANDS, Recording
 from advise_ros.core.grid.grid import Action
+from advise_ros.core.units import NS
 from advise_ros.mavlink.messages import dialect
 from advise_ros.recording.gridfile import grid_to_mapping
 from advise_ros.ros import convert, qos
-from support.flown import GRID, NS, flight, round_trip
+from support.flown import GRID, flight, round_trip
 from support.graph import Graph
 from support.learner import Learner
 from support.learning import taken_back

@@ -8,8 +8,8 @@ import numpy as np
 
 from advise_ros.core.demonstrations.samples import CommandSamples, PoseSamples, Recording, VehicleEvent
 from advise_ros.core.grid.grid import Grid
+from advise_ros.core.units import NS
 
-NS = 1_000_000_000
 SPEED_M_S = 1.0
 PERIOD_NS = 100_000_000
 START_NS = 1000 * NS

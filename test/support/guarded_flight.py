@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 
 from advise_ros.core.guard.fence import Fence, corners_from_text, nearest, outside_m
-from advise_ros.core.guard.monitor import DRIFT_M_S, NS, SETTLED_S, GuardMonitor, MonitorSettings
+from advise_ros.core.guard.monitor import DRIFT_M_S, SETTLED_S, GuardMonitor, MonitorSettings
 from advise_ros.core.guard.rules import Command, Limits
+from advise_ros.core.units import NS
 from advise_ros.mavlink import messages as mav
 from advise_ros.mavlink.timesync import Timesync
 from support.late_line import KINDS, LONGEST_S, LateLine

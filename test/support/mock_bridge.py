@@ -10,10 +10,10 @@ from rclpy.clock import Clock, ClockType
 from std_srvs.srv import Trigger
 
 from advise_msgs.msg import VehicleStatus
-from advise_ros.core.flight.velocity_law import ZERO, Vector
 from advise_ros.core.grid.grid import Grid
+from advise_ros.core.units import NS, ZERO, Vector
 from advise_ros.ros import qos
-from advise_ros.ros.convert import NS, stamp_from_ns, stamp_to_ns
+from advise_ros.ros.convert import stamp_from_ns, stamp_to_ns
 from support.graph import Graph
 from support.vehicle import LazyVehicle
 

@@ -7,8 +7,8 @@ from collections import deque
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 
-from advise_ros.core.flight.leg_follower import NS, Pose
-from advise_ros.core.flight.velocity_law import Vector
+from advise_ros.core.flight.leg_follower import Pose
+from advise_ros.core.units import NS, Vector
 
 TICK_S = 0.02
 

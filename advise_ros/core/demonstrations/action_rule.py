@@ -11,8 +11,8 @@ import numpy.typing as npt
 from advise_ros.core.demonstrations.flight_modes import Mover
 from advise_ros.core.demonstrations.samples import CommandSamples
 from advise_ros.core.grid.cell_path import Track
-from advise_ros.core.grid.cell_tracker import NS
 from advise_ros.core.grid.grid import ACTION_STEP
+from advise_ros.core.units import NS
 
 # A vehicle coasts: a command goes on to move it this long after it has ended. (A real ArduCopter stands 1.9 s after a
 # zero at 2 m/s, a real PX4 after 3 s.) A border that is crossed later than that after every command was drifted over.

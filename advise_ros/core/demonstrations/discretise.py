@@ -13,9 +13,10 @@ from advise_ros.core.demonstrations.demonstration import Audit, Demonstration, E
 from advise_ros.core.demonstrations.samples import STRAY_NS, CommandSamples, PoseSamples, Recording
 from advise_ros.core.demonstrations.steps import Movers, crossing_speeds_m_s, decided_moves, has_ended, steps_of
 from advise_ros.core.grid.cell_path import Follower
-from advise_ros.core.grid.cell_tracker import NS, CellTracker, TrackerSettings
+from advise_ros.core.grid.cell_tracker import CellTracker, TrackerSettings
 from advise_ros.core.grid.grid import Grid
 from advise_ros.core.parameter import parameter, same_as
+from advise_ros.core.units import NS
 
 # Sentences about unknown moves in one audit; the rest is counted.
 MAX_BREAK_NOTES = 5

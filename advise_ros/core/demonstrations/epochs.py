@@ -18,7 +18,7 @@ from advise_ros.core.demonstrations.samples import (
     VehicleEvent,
 )
 from advise_ros.core.demonstrations.timeline import STEP_NS, Piece, Stamps, Timeline
-from advise_ros.core.grid.cell_tracker import NS
+from advise_ros.core.units import NS
 
 # An event stamped further ahead of the positions that arrived with it is of another clock: it holds from them on. Less may
 # be positions that wait in the queue of a recorder on a busy machine.

@@ -19,11 +19,11 @@ from advise_ros.core.demonstrations.samples import (
     VehicleEvent,
 )
 from advise_ros.core.demonstrations.timeline import Timeline
+from advise_ros.core.units import Vector
 
 # Samples kept while nothing is recorded: some of a window's first ones may arrive before it opens.
 KEEP = 400
 
-Vector = tuple[float, float, float]
 Sample = tuple[int, Vector]
 
 

@@ -13,8 +13,7 @@ from advise_ros.core.demonstrations.flight_windows import Bands, Event, Flight, 
 from advise_ros.core.demonstrations.samples import Recording
 from advise_ros.core.demonstrations.slices import Cutter
 from advise_ros.core.grid.grid import Grid
-
-NS = 1_000_000_000
+from advise_ros.core.units import NS
 
 
 class Demonstrations(NamedTuple):

@@ -12,12 +12,12 @@ from advise_ros.core.demonstrations.audit_notes import BEGINNING_UNHEARD, taken_
 from advise_ros.core.demonstrations.demonstration import Demonstration, EndReason
 from advise_ros.core.demonstrations.discretise import DiscretiseSettings, fitness, follow, new_tracker
 from advise_ros.core.demonstrations.flight_windows import Bands, Flight, Segmenter
-from advise_ros.core.demonstrations.live_samples import LiveSamples, Sample, Vector, arrays
+from advise_ros.core.demonstrations.live_samples import LiveSamples, Sample, arrays
 from advise_ros.core.demonstrations.recorded_flights import demonstration_of, name, number_of, why_not
 from advise_ros.core.demonstrations.samples import NEVER_NS, PolicyEvent, PoseSamples, VehicleEvent
 from advise_ros.core.grid.cell_path import Follower
-from advise_ros.core.grid.cell_tracker import NS
 from advise_ros.core.grid.grid import Action, Grid
+from advise_ros.core.units import NS, Vector
 
 # Samples of one stamp may be on their way for this long, and overtake each other.
 SETTLE_S = 0.2

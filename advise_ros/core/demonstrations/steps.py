@@ -11,8 +11,8 @@ from advise_ros.core.demonstrations.action_rule import Commands, Decided, Stamps
 from advise_ros.core.demonstrations.flight_modes import Mover
 from advise_ros.core.demonstrations.samples import VehicleEvent
 from advise_ros.core.grid.cell_path import Follower
-from advise_ros.core.grid.cell_tracker import NS
 from advise_ros.core.grid.grid import N_ACTIONS, Grid
+from advise_ros.core.units import NS
 
 # A real PX4 drifts at 0.3 m/s; on small cells people fly slower, too.
 DRIFT_M_S, DRIFT_CELLS_PER_S = 0.35, 0.25

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from advise_ros.core.grid.cell_tracker import NS
+from advise_ros.core.units import NS
 
 Stamps = npt.NDArray[np.int64]
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from enum import Enum
 
-from advise_ros.core.flight.velocity_law import ZERO, Vector
 from advise_ros.core.grid.grid import ACTION_STEP, Action
+from advise_ros.core.units import ZERO, Vector
 
 
 class Key(Enum):

@@ -5,11 +5,10 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from advise_ros.core.flight.velocity_law import ZERO, Leg, SeekSettings, Vector, seek
+from advise_ros.core.flight.velocity_law import Leg, SeekSettings, seek
 from advise_ros.core.grid.cell_tracker import CellTracker
 from advise_ros.core.grid.grid import Grid
-
-NS = 1_000_000_000
+from advise_ros.core.units import NS, ZERO, Vector
 
 # Velocity is the mean over this time: shorter, and the noise of positions shows.
 VELOCITY_WINDOW_NS = 250_000_000

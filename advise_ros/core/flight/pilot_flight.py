@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from advise_ros.core.flight.flight_settings import FlightSettings
-from advise_ros.core.flight.leg_follower import NS, CellMover, Pose
+from advise_ros.core.flight.leg_follower import CellMover, Pose
 from advise_ros.core.flight.start import CENTRING_S, check_reach
 from advise_ros.core.flight.transit import Transit
-from advise_ros.core.flight.velocity_law import ZERO, SeekSettings, Vector
+from advise_ros.core.flight.velocity_law import SeekSettings
 from advise_ros.core.grid.grid import Grid
+from advise_ros.core.units import NS, ZERO, Vector
 
 
 class PilotFlight:

@@ -9,12 +9,13 @@ from enum import IntEnum
 
 from advise_ros.core.errors import InputError
 from advise_ros.core.flight.flight_settings import FlightSettings
-from advise_ros.core.flight.leg_follower import NS, CellMover, Pose, nearest_cell, off_grid_m
+from advise_ros.core.flight.leg_follower import CellMover, Pose, nearest_cell, off_grid_m
 from advise_ros.core.flight.start import Centring, start_cell_of
 from advise_ros.core.flight.transit import Transit
-from advise_ros.core.flight.velocity_law import ZERO, SeekSettings, Vector, brake_distance_m
+from advise_ros.core.flight.velocity_law import SeekSettings, brake_distance_m
 from advise_ros.core.grid.grid import N_ACTIONS, Grid
 from advise_ros.core.planning.rollout import step_budget
+from advise_ros.core.units import NS, ZERO, Vector
 
 # A vehicle that swings out of the grid steers back; this many cells outside, the flight is lost.
 LOST_CELLS = 0.5

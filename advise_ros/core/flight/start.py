@@ -5,10 +5,11 @@ from __future__ import annotations
 from dataclasses import replace
 
 from advise_ros.core.errors import InputError
-from advise_ros.core.flight.leg_follower import NS, Pose, nearest_cell, off_grid_m
+from advise_ros.core.flight.leg_follower import Pose, nearest_cell, off_grid_m
 from advise_ros.core.flight.transit import Transit, shortest_way
-from advise_ros.core.flight.velocity_law import SeekSettings, Vector
+from advise_ros.core.flight.velocity_law import SeekSettings
 from advise_ros.core.grid.grid import Grid
+from advise_ros.core.units import NS, Vector
 
 # Faster than any drift that was measured, and slow enough to stop within a part of a cell.
 CENTRING_M_S = 0.6

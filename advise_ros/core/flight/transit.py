@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from advise_ros.core.errors import InputError
 from advise_ros.core.flight.leg_follower import CellMover, Pose
-from advise_ros.core.flight.velocity_law import SeekSettings, Vector
+from advise_ros.core.flight.velocity_law import SeekSettings
 from advise_ros.core.grid.grid import Action, Grid
+from advise_ros.core.units import Vector
 
 
 def shortest_way(grid: Grid, start: int, goal: int) -> tuple[int, ...]:

@@ -14,11 +14,10 @@ from typing import NamedTuple
 
 from advise_ros.core.grid.cell_tracker import TrackerSettings
 from advise_ros.core.parameter import parameter, same_as
+from advise_ros.core.units import ZERO, Vector
 
 Point = tuple[float, float]
-Vector = tuple[float, float, float]
 
-ZERO: Vector = (0.0, 0.0, 0.0)
 
 # A vehicle off its line by this share of a cell slows down, until at half a cell it nearly stands.
 CROSS_FREE, CROSS_FULL, CROSS_SLOWEST = 0.2, 0.5, 0.15

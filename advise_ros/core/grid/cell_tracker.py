@@ -12,8 +12,7 @@ import numpy.typing as npt
 from advise_ros.core.errors import InputError
 from advise_ros.core.grid.grid import Action, Grid
 from advise_ros.core.parameter import parameter
-
-NS = 1_000_000_000
+from advise_ros.core.units import NS
 
 
 @dataclass(frozen=True)

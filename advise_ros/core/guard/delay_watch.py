@@ -8,7 +8,8 @@ them apart. Without it they count as late, which is the safe side.
 
 from __future__ import annotations
 
-NS = 1_000_000_000
+from advise_ros.core.units import NS
+
 # Two crystals drift apart by no more than this; a delay that grows more slowly is not seen.
 DRIFT = 200e-6
 # Reading two clocks, and stamps in whole milliseconds, leave this.

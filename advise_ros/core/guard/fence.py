@@ -13,9 +13,9 @@ from typing import NamedTuple
 
 from advise_ros.core.errors import InputError
 from advise_ros.core.grid.grid import Grid
+from advise_ros.core.units import Vector
 
 Point = tuple[float, float]
-Vector = tuple[float, float, float]
 Edge = tuple[Point, Point]
 # Direction from a point to the line through the nearest point of an edge, and its distance.
 Line = tuple[Point, float]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from bisect import bisect_left
 
-from advise_ros.core.guard.fence import Vector
+from advise_ros.core.units import Vector
 
 # What was commanded is remembered for this long, seconds.
 REMEMBERED_S = 30.0

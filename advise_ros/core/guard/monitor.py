@@ -7,12 +7,13 @@ from dataclasses import dataclass, replace
 
 from advise_ros.core.guard import rules
 from advise_ros.core.guard.delay_watch import DelayWatch
-from advise_ros.core.guard.fence import Braking, Point, Vector
+from advise_ros.core.guard.fence import Braking, Point
 from advise_ros.core.guard.flown_path import FlownPath, moved
 from advise_ros.core.guard.return_inside import ReturnInside, as_good
-from advise_ros.core.guard.rules import ZERO, Command, Limits, Position, Verdict
-from advise_ros.core.guard.stamp_watch import NS, StampWatch
+from advise_ros.core.guard.rules import Command, Limits, Position, Verdict
+from advise_ros.core.guard.stamp_watch import StampWatch
 from advise_ros.core.parameter import parameter
+from advise_ros.core.units import NS, ZERO, Vector
 
 # A pause in checking is no licence to accelerate.
 LONGEST_STEP_S = 0.1

@@ -7,7 +7,6 @@ import math
 from advise_ros.core.guard.fence import (
     Braking,
     Fence,
-    Vector,
     keep_in,
     outside_m,
     place_inside,
@@ -15,6 +14,7 @@ from advise_ros.core.guard.fence import (
     toward,
     way_deeper,
 )
+from advise_ros.core.units import Vector
 
 SPEED_M_S = 0.5
 # It ends this far inside, so that what drifts or is blown about does not go out at once again.

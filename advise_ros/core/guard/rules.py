@@ -13,7 +13,6 @@ from advise_ros.core.guard.fence import (
     Braking,
     Fence,
     Point,
-    Vector,
     back_in,
     can_stop,
     keep_in,
@@ -22,10 +21,9 @@ from advise_ros.core.guard.fence import (
 )
 from advise_ros.core.guard.flown_path import moved
 from advise_ros.core.parameter import parameter
+from advise_ros.core.units import MAP_FRAME, ZERO, Vector
 
-ZERO: Vector = (0.0, 0.0, 0.0)
 AXES = ('east', 'north', 'up')
-MAP_FRAME = 'map'
 # Of the reaction, which counts everything twice: enough for a loop that closes late, and no news to who flies at the limit.
 STILL_TO_REACT = 2.0 / 3.0
 # Of the reaction, what is left beside commands that are counted one by one.

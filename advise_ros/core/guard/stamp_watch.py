@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from advise_ros.core.units import NS
+
 # Generous, as simulated clocks that run fast arrive late.
 FUTURE_NS, PAST_NS, BACKWARD_NS = 5_000_000_000, 30_000_000_000, 1_000_000_000
 # After our clock was set, stamps by the old one are still on their way for this long.
 CLOCK_SET_S = 2.0
-NS = 1_000_000_000
 
 
 class StampWatch:

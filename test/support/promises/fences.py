@@ -10,8 +10,9 @@ import numpy as np
 from advise_ros.config import GuardConfig, SimulatorConfig, build
 from advise_ros.core.grid.grid import Grid
 from advise_ros.core.guard.fence import Fence, outside_m
-from advise_ros.core.guard.monitor import DRIFT_M_S, NS, GuardMonitor
-from advise_ros.core.guard.rules import MAP_FRAME, Command, Limits
+from advise_ros.core.guard.monitor import DRIFT_M_S, GuardMonitor
+from advise_ros.core.guard.rules import Command, Limits
+from advise_ros.core.units import MAP_FRAME, NS
 from advise_ros.mavlink import messages as mav
 from advise_ros.mavlink.timesync import Timesync
 from advise_ros.nodes.guard import limits_of, monitor_of

@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 
 from advise_ros.config import GuardConfig, build
-from advise_ros.core.guard.rules import MAP_FRAME, Command
+from advise_ros.core.guard.rules import Command
+from advise_ros.core.units import MAP_FRAME
 from advise_ros.mavlink.messages import dialect
 from advise_ros.nodes.guard import limits_of, monitor_of
 from advise_ros.sim.arducopter import ArduCopter

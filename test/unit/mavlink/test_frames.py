@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from advise_ros.core.units import Vector
 from advise_ros.mavlink import frames
 
 number = st.floats(-1e6, 1e6)
@@ -27,13 +28,13 @@ def test_headings(ned_deg: float, enu_deg: float) -> None:
 
 
 @given(vectors)
-def test_there_and_back(vector: frames.Vector) -> None:
+def test_there_and_back(vector: Vector) -> None:
     assert frames.ned_from_enu(frames.enu_from_ned(vector)) == vector
     assert frames.flu_from_frd(frames.flu_from_frd(vector)) == vector
 
 
 @given(vectors)
-def test_turning_frames_keeps_lengths(vector: frames.Vector) -> None:
+def test_turning_frames_keeps_lengths(vector: Vector) -> None:
     assert math.isclose(math.hypot(*frames.enu_from_ned(vector)), math.hypot(*vector))
 
 

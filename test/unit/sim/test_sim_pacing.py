@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from advise_ros.sim.pacing import NS, Pacer
+from advise_ros.core.units import NS
+from advise_ros.sim.pacing import Pacer
 
 STEP_NS = 25_000_000
 MS = 1_000_000

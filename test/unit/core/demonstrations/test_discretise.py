@@ -9,7 +9,8 @@ from advise_ros.core.demonstrations.demonstration import Demonstration, EndReaso
 from advise_ros.core.demonstrations.discretise import DiscretiseSettings, discretise
 from advise_ros.core.demonstrations.samples import NO_COMMANDS, CommandSamples, PoseSamples, Recording, VehicleEvent
 from advise_ros.core.grid.grid import Action, Grid
-from support.flown import GRID, NS, PERIOD_NS, START_NS, commands_of, flight, round_trip, track
+from advise_ros.core.units import NS
+from support.flown import GRID, PERIOD_NS, START_NS, commands_of, flight, round_trip, track
 
 SETTINGS = DiscretiseSettings()
 ALL = (0, 2**62)
@@ -116,6 +117,8 @@ def test_a_command_held_towards_the_edge_of_the_grid_is_a_step_in_place() -> Non
         ('GUIDED', 'ardupilot', 'ours', ()), ('GUIDED', 'ardupilot', 'others', (E,)), ('', '', '', ()),
     ],
 )
+
+
 def test_who_moves_the_vehicle_decides_whether_somebody_flew(mode: str, autopilot: str, owner: str, actions: object) -> None:
     """It moves without a command, in a recording that has commands."""
     event = VehicleEvent(START_NS - NS, True, True, mode, autopilot, owner)

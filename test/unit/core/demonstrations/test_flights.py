@@ -10,7 +10,8 @@ from advise_ros.core.demonstrations.recorded_flights import split as flown
 from advise_ros.core.demonstrations.samples import NO_COMMANDS, PolicyEvent, PoseSamples, Recording, VehicleEvent
 from advise_ros.core.demonstrations.slices import Cutter
 from advise_ros.core.grid.grid import Grid
-from support.flown import GRID, NS, START_NS, flight, joined, round_trip
+from advise_ros.core.units import NS
+from support.flown import GRID, START_NS, flight, joined, round_trip
 
 SECOND_NS = 5000 * NS
 BOTH = joined(flight(GRID, round_trip()), flight(GRID, round_trip()[:4], SECOND_NS))

@@ -11,7 +11,8 @@ from advise_ros.core.demonstrations.recorded_flights import demonstrations_of
 from advise_ros.core.demonstrations.recorder import SETTLE_S, Phase, Recorder
 from advise_ros.core.demonstrations.samples import Recording, VehicleEvent
 from advise_ros.core.grid.grid import Action
-from support.flown import GRID, NS, PERIOD_NS, START_NS, flight, joined, round_trip
+from advise_ros.core.units import NS
+from support.flown import GRID, PERIOD_NS, START_NS, flight, joined, round_trip
 
 SETTINGS = DiscretiseSettings()
 SECOND_NS = 5000 * NS

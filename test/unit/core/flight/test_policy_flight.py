@@ -9,11 +9,12 @@ from dataclasses import replace
 import pytest
 
 from advise_ros.core.errors import InputError
-from advise_ros.core.flight.leg_follower import NS, Pose
+from advise_ros.core.flight.leg_follower import Pose
 from advise_ros.core.flight.policy_flight import FlightPlan, Phase, PolicyFlight, check_start
 from advise_ros.core.flight.start import CENTRING_M_S, CENTRING_S
-from advise_ros.core.flight.velocity_law import ZERO, SeekSettings, Vector
+from advise_ros.core.flight.velocity_law import SeekSettings
 from advise_ros.core.grid.grid import Action, Grid
+from advise_ros.core.units import NS, ZERO, Vector
 from support.policies import best, square
 from support.vehicle import LazyVehicle, fly
 

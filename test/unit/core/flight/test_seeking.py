@@ -4,14 +4,8 @@ import math
 
 import pytest
 
-from advise_ros.core.flight.velocity_law import (
-    ZERO,
-    Leg,
-    SeekSettings,
-    approach_speed_m_s,
-    brake_distance_m,
-    seek,
-)
+from advise_ros.core.flight.velocity_law import Leg, SeekSettings, approach_speed_m_s, brake_distance_m, seek
+from advise_ros.core.units import ZERO
 
 SETTINGS = SeekSettings()
 EAST = Leg((0.0, 0.0), (2.0, 0.0), 2.0)

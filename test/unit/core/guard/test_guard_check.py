@@ -8,10 +8,10 @@ from dataclasses import replace
 import pytest
 
 from advise_ros.core.grid.grid import Grid
-from advise_ros.core.guard import rules
 from advise_ros.core.guard.fence import Fence, box, fence_around
 from advise_ros.core.guard.rules import Command, Limits, Position, check
 from advise_ros.core.guard.stamp_watch import StampWatch
+from advise_ros.core.units import ZERO
 
 LIMITS = Limits(max_speed_m_s=3.0, max_climb_m_s=1.5, fence=box((-2.0, -2.0, 2.0), (12.0, 12.0, 8.0)))
 HERE = Position((5.0, 5.0, 5.0), 'map', 0.01)
@@ -41,7 +41,7 @@ def test_a_harmless_command_passes_as_it_is() -> None:
     (asked(doubt='its stamp is 9.0 s in the future'), HERE, 'command refused: its stamp is 9.0 s in the future'),
 ])
 def test_doubt_means_zero_in_words(command: Command | None, position: Position | None, words: str) -> None:
-    assert check(command, position, LIMITS) == (rules.ZERO, 0.0, words)
+    assert check(command, position, LIMITS) == (ZERO, 0.0, words)
 
 
 def test_speed_and_climb_are_scaled_down_in_their_direction() -> None:

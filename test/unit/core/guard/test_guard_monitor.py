@@ -11,7 +11,8 @@ import pytest
 from advise_ros.core.errors import InputError
 from advise_ros.core.guard.fence import Fence, box, corners_from_text, outside_m
 from advise_ros.core.guard.monitor import GuardMonitor, MonitorSettings
-from advise_ros.core.guard.rules import ZERO, Command, Limits, Position, Vector, check
+from advise_ros.core.guard.rules import Command, Limits, Position, check
+from advise_ros.core.units import ZERO, Vector
 
 LIMITS = Limits(fence=box((-50.0, -50.0, 0.0), (50.0, 50.0, 20.0)))
 HERE: Vector = (0.0, 0.0, 5.0)

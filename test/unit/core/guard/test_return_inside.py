@@ -11,7 +11,8 @@ from advise_ros.core.guard.fence import Fence, box, corners_from_text, outside_m
 from advise_ros.core.guard.flown_path import FlownPath
 from advise_ros.core.guard.monitor import GuardMonitor, MonitorSettings
 from advise_ros.core.guard.return_inside import MARGIN_M, SPEED_M_S
-from advise_ros.core.guard.rules import ZERO, Command, Limits, Vector
+from advise_ros.core.guard.rules import Command, Limits
+from advise_ros.core.units import ZERO, Vector
 
 TICK_S = 0.05
 FENCE = box((0.0, 0.0, 2.0), (12.0, 12.0, 8.0))

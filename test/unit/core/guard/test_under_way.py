@@ -7,7 +7,8 @@ import pytest
 from advise_ros.core.guard.fence import Braking, box
 from advise_ros.core.guard.flown_path import FLOWN_ON_S, FlownPath
 from advise_ros.core.guard.return_inside import SPEED_M_S, ReturnInside
-from advise_ros.core.guard.rules import ZERO, Limits, Vector, Verdict, held_back
+from advise_ros.core.guard.rules import Limits, Verdict, held_back
+from advise_ros.core.units import ZERO, Vector
 from support.guarded_flight import BOUND_M, episode
 
 LIMITS = Limits(fence=box((0.0, 0.0, 2.0), (12.0, 12.0, 8.0)))
