@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.clock import Clock, ClockType
@@ -21,11 +22,12 @@ from advise_ros.recording.demofile import load_demonstrations
 from advise_ros.recording.gridfile import load_grid
 from advise_ros.recording.savedsession import SavedSession
 from advise_ros.ros import calls, convert, convert_advice, diagnostics, parameters, preview, qos, run
-from advise_ros.ros.learner_topics import LearnerTopics
+from advise_ros.ros.learner_topics import LearnerTopics, Result, result_of
 from advise_ros.ros.worker import Finished, Worker
 from advise_ros.settings import learn_settings
 
 Status = msg.LearnerStatus
+
 
 
 class AdviseNode(Node):
@@ -41,8 +43,9 @@ class AdviseNode(Node):
     Services: `advise/answer`, `advise/preview` (what an answer would change; commits nothing),
     `advise/undo` (takes the last answer back) and `advise/retract` (takes one earlier answer back).
 
-    It learns in a thread beside, so services reply while it learns. With `session_file` every accepted
-    answer is on the disk before the service replies, and the next start goes on from there.
+    It learns in a thread beside, so services reply while it learns; of previews that wait only the newest is
+    tried. With `session_file` every accepted answer is on the disk before the service replies, and the next start
+    goes on from there.
 
     Example: ros2 run advise_ros advise --ros-args -p grid_file:=config/grid_6x6.yaml
     Next: answer its questions by `ask`, `console` or `answer`; `policy` flies what it learnt.
@@ -140,7 +143,7 @@ class AdviseNode(Node):
         work = self._session.snapshot() if self._enough and not self._learning and self._failed_at != self._size else None
         if work is not None:
             self._learning, self._learning_size = True, self._size
-            self._worker.submit(work.run, self._on_learned)
+            self._worker.submit(partial(result_of, work, self._session.budget_left), self._on_learned)
         self._tell()
 
     @property
@@ -160,8 +163,8 @@ class AdviseNode(Node):
         self._learning = False
         if finished.error is not None:
             self._on_failure(finished.error)
-        elif self._session.adopt(finished.value):
-            self._failure, self._failed_at, self._solve_s = '', None, finished.seconds
+        elif self._session.adopt(finished.value.learned):
+            self._failure, self._failed_at, self._solve_s = '', None, finished.value.solve_s
             self._publish(finished.value)
         self._learn()
 
@@ -173,11 +176,11 @@ class AdviseNode(Node):
         self._failed_at = self._learning_size
         self.get_logger().error(self._failure)
 
-    def _publish(self, learned: Learned) -> None:
-        self._learned = learned
+    def _publish(self, result: Result) -> None:
+        self._learned = learned = result.learned
         if learned.query is not None:
             self._note_asked(learned.query.query_id)
-        self._topics.learned(learned, self._session.budget_left)
+        self._topics.learned(result.messages)
         held = standing(self._session.demonstrations[: learned.n_demonstrations])
         self.get_logger().info(
             f'policy {learned.version} from {len(held)} demonstrations and '
@@ -225,12 +228,11 @@ class AdviseNode(Node):
         if isinstance(work, Outcome) or before is None:
             return preview.fill_refused(response, work)
         done: Future = Future()
-        self._worker.submit(work.run, done.set_result)
+        self._worker.submit_newest(partial(preview.try_answer, response, before, work), done.set_result)
         finished = await done
         if finished.error is not None:
             response.valid, response.message = False, f'The answer could not be tried: {finished.error}.'
-            return response
-        return preview.fill_preview(response, before, finished.value, finished.seconds)
+        return response
 
     # -- what people read --------------------------------------------------------------------
     def _tell(self) -> None:

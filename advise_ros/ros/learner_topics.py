@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import time
+from typing import NamedTuple
+
 from nav_msgs.msg import OccupancyGrid
 from rclpy.node import Node
 from visualization_msgs.msg import MarkerArray
@@ -9,8 +12,66 @@ from visualization_msgs.msg import MarkerArray
 from advise_msgs.msg import Advice, AdviceQuery, Demonstration, LearnerStatus, Policy
 from advise_ros.core.advice.advice import AdviceRecord
 from advise_ros.core.learning.learner import Learned
+from advise_ros.core.learning.session import Work
 from advise_ros.core.units import MAP_FRAME
 from advise_ros.ros import convert, convert_advice, maps, markers, qos
+
+
+class LearnedMessages(NamedTuple):
+    """What is published of one result; `LearnerTopics.learned` gives the messages their stamps.
+
+    On a large grid they take longer to make than callbacks may wait: they are made where the result was learnt.
+    """
+
+    policy: Policy
+    query: AdviceQuery
+    uncertainty: OccupancyGrid
+    reward: OccupancyGrid
+    site_map: OccupancyGrid | None
+    markers: MarkerArray
+
+
+def messages_of(learned: Learned, budget_left: int) -> LearnedMessages:
+    """The messages of a result, without stamps.
+
+    Args:
+        learned: the result.
+        budget_left: answers that were left when it was learnt, -1 unlimited.
+    """
+    query = learned.query
+    return LearnedMessages(
+        policy=convert_advice.policy_to_msg(learned, 0),
+        query=convert_advice.no_query_to_msg(learned, budget_left, 0) if query is None
+        else convert_advice.query_to_msg(query, learned.grid, 0),
+        uncertainty=maps.uncertainty_map(learned, 0),
+        reward=maps.reward_map(learned, 0),
+        site_map=None if learned.keep_out is None else maps.site_map(learned.grid, learned.keep_out, 0),
+        markers=markers.question_markers(learned, query, 0),
+    )
+
+
+class Result(NamedTuple):
+    """What was learnt, what is published of it, and how long the solve took."""
+
+    learned: Learned
+    messages: LearnedMessages
+    solve_s: float
+
+
+def result_of(work: Work, budget_left: int) -> Result:
+    """Learn, and write the messages.
+
+    Args:
+        work: what is to be learnt.
+        budget_left: answers that are left, -1 unlimited.
+
+    Raises:
+        InputError: as `learn`.
+    """
+    begin_s = time.monotonic()
+    learned = work.run()
+    solve_s = time.monotonic() - begin_s
+    return Result(learned, messages_of(learned, budget_left), solve_s)
 
 
 class LearnerTopics:
@@ -31,19 +92,21 @@ class LearnerTopics:
     def now_ns(self) -> int:
         return int(self._clock.now().nanoseconds)
 
-    def learned(self, learned: Learned, budget_left: int) -> None:
+    def learned(self, messages: LearnedMessages) -> None:
         """The policy first, then the question that was asked under it, then the pictures of both."""
-        stamp_ns = self.now_ns()
-        self._policy.publish(convert_advice.policy_to_msg(learned, stamp_ns))
-        if learned.query is None:
-            self._query.publish(convert_advice.no_query_to_msg(learned, budget_left, stamp_ns))
-        else:
-            self._query.publish(convert_advice.query_to_msg(learned.query, learned.grid, stamp_ns))
-        self._uncertainty.publish(maps.uncertainty_map(learned, stamp_ns))
-        self._reward.publish(maps.reward_map(learned, stamp_ns))
-        if learned.keep_out is not None:
-            self._site_map.publish(maps.site_map(learned.grid, learned.keep_out, stamp_ns))
-        self._markers.publish(markers.question_markers(learned, learned.query, stamp_ns))
+        stamp = convert.stamp_from_ns(self.now_ns())
+        published = [
+            (self._policy, messages.policy), (self._query, messages.query),
+            (self._uncertainty, messages.uncertainty), (self._reward, messages.reward),
+        ]
+        if messages.site_map is not None:
+            published.append((self._site_map, messages.site_map))
+        for publisher, message in published:
+            message.header.stamp = stamp
+            publisher.publish(message)
+        for marker in messages.markers.markers:
+            marker.header.stamp = stamp
+        self._markers.publish(messages.markers)
 
     def advice(self, record: AdviceRecord, stamp_ns: int) -> None:
         self._log.publish(convert_advice.advice_to_msg(record, stamp_ns))

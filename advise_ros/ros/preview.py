@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import time
+
 import numpy as np
 
 from advise_msgs.srv import PreviewAnswer
@@ -9,6 +11,7 @@ from advise_ros.config import PolicyConfig
 from advise_ros.core.advice.advice import Code, Outcome
 from advise_ros.core.irl.program import EXACT
 from advise_ros.core.learning.learner import Learned
+from advise_ros.core.learning.session import Work
 from advise_ros.core.planning.expected_success import expected_success
 from advise_ros.core.planning.rollout import Rollout, rollout, step_budget
 from advise_ros.ros import calls
@@ -23,9 +26,23 @@ def fill_refused(response: PreviewAnswer.Response, outcome: Outcome) -> PreviewA
     return response
 
 
-def fill_preview(
-    response: PreviewAnswer.Response, before: Learned, after: Learned, solve_s: float,
-) -> PreviewAnswer.Response:
+def try_answer(response: PreviewAnswer.Response, before: Learned, work: Work) -> None:
+    """Learn with an answer, and fill in what it changes. It takes as long as learning does.
+
+    Args:
+        response: to be filled.
+        before: the policy as it is.
+        work: what is to be learnt.
+
+    Raises:
+        InputError: as `learn`.
+    """
+    begin_s = time.monotonic()
+    after = work.run()
+    fill_preview(response, before, after, time.monotonic() - begin_s)
+
+
+def fill_preview(response: PreviewAnswer.Response, before: Learned, after: Learned, solve_s: float) -> None:
     """Routes are greedy, from the start state, within the default step budget."""
     changed = np.flatnonzero(before.greedy != after.greedy)
     response.valid, response.code = True, int(Code.OK)
@@ -37,7 +54,6 @@ def fill_preview(
     response.expected_success_before, response.expected_success_after = _success(before), _success(after)
     response.solve_s = solve_s
     response.message = _in_words(len(changed), route_before, route_after, after)
-    return response
 
 
 def _route(learned: Learned) -> Rollout:

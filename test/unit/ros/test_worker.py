@@ -2,7 +2,7 @@
 
 import threading
 
-from advise_ros.ros.worker import Finished, Worker
+from advise_ros.ros.worker import Finished, Superseded, Worker
 
 
 def test_results_come_in_order_and_only_on_the_thread_that_delivers() -> None:
@@ -52,3 +52,28 @@ def test_closed_it_wakes_nobody_though_a_job_still_runs() -> None:
     worker._thread.join(10)
     assert not worker._thread.is_alive()
     assert woken == []
+
+
+def test_of_previews_that_wait_the_newest_runs_and_after_what_is_to_be_learnt() -> None:
+    go, begun, woken = threading.Event(), threading.Event(), threading.Semaphore(0)
+    ran: list[str] = []
+    ended: dict[str, Finished] = {}
+    worker = Worker(woken.release)
+
+    def first() -> None:
+        begun.set()
+        go.wait(10)
+        ran.append('first')
+
+    worker.submit(first, lambda done: None)
+    assert begun.wait(10)
+    for name in ('old preview', 'newer preview', 'newest preview'):
+        worker.submit_newest(lambda name=name: ran.append(name), lambda done, name=name: ended.update({name: done}))
+    worker.submit(lambda: ran.append('learning'), lambda done: None)
+    go.set()
+    for _ in range(5):
+        assert woken.acquire(timeout=10)
+    worker.deliver()
+    assert ran == ['first', 'learning', 'newest preview']
+    assert {name for name, done in ended.items() if isinstance(done.error, Superseded)} == {'old preview', 'newer preview'}
+    assert ended['newest preview'].error is None
