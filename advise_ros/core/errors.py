@@ -13,7 +13,3 @@ class InputError(AdviseError):
 
 class LogError(InputError):
     """A recording cannot be read or lacks what is needed."""
-
-
-class LinkError(AdviseError):
-    """The vehicle's link failed or the autopilot refused."""

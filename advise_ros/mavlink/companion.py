@@ -69,7 +69,7 @@ class Companion:
         self._heartbeat_s = -math.inf
         self._rates = RateWatch(self.vehicle)
         self.timesync = Timesync()
-        self._estimator, self._boots = Estimator(), 0
+        self._estimator, self._reboots = Estimator(), 0
         self._was_connected = False
         self._link_problem = ''
         self._resting = ''
@@ -89,8 +89,8 @@ class Companion:
         return ours
 
     def _judge_position(self, message: Message, before: Motion | None, at_s: float) -> None:
-        if self.vehicle.boots != self._boots:
-            self._estimator, self._boots = Estimator(), self.vehicle.boots
+        if self.vehicle.reboots != self._reboots:
+            self._estimator, self._reboots = Estimator(), self.vehicle.reboots
         self._estimator.take(message, at_s)
         if self.vehicle.motion is not None and self.vehicle.motion is not before:
             self._estimator.moved(self.vehicle.motion)

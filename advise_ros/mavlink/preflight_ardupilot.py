@@ -15,7 +15,7 @@ SHORTEST_TIMEOUT_S, GOOD_TIMEOUT_S, LONGEST_TIMEOUT_S = 0.3, 1.0, 3.0
 # The vehicle's own fence stands at least so far outside ours.
 CLEARANCE_M = 1.0
 MARGIN_M = 2.0  # FENCE_MARGIN where it is not known: its default.
-ALTITUDE, CIRCLE, POLYGON, FLOOR = 1, 2, 4, 8  # Bits of FENCE_TYPE.
+ALTITUDE, CIRCLE, POLYGON = 1, 2, 4  # Bits of FENCE_TYPE.
 
 REQUIRED = ('GUID_TIMEOUT', 'FS_GCS_ENABLE', 'FENCE_ENABLE', 'FENCE_ACTION', 'FENCE_RADIUS', 'FENCE_ALT_MAX')
 # Not in every version: one name of each row, or none.

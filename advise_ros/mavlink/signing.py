@@ -21,7 +21,7 @@ from pathlib import Path
 from advise_ros.core.errors import InputError
 
 KEY_BYTES = 32
-SIGNATURE_BYTES, TIME_BYTES, HASH_BYTES = 13, 6, 6
+SIGNATURE_BYTES, HASH_BYTES = 13, 6
 EPOCH_S = 1_420_070_400  # 2015-01-01
 UNITS_A_SECOND = 100_000
 LATEST = 2**48 - 1

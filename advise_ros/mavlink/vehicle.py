@@ -109,7 +109,6 @@ class Vehicle:
     acks: list[Ack] = field(default_factory=list)
     doubt: str = ''
     round_trip_s: float = math.inf
-    boots: int = 0
     refused_numbers: int = 0
     refused_strangers: int = 0
     unfit: str = ''
@@ -128,6 +127,11 @@ class Vehicle:
     def name(self) -> str:
         """'ardupilot', 'px4' or '' before the first heartbeat."""
         return mav.AUTOPILOT_NAMES.get(self.autopilot, '')
+
+    @property
+    def reboots(self) -> int:
+        """How often the autopilot has started anew."""
+        return self._order.reboots
 
     def trusted(self, now_s: float) -> Motion | None:
         """Position and velocity that a place may be made from; None while they are old or the estimator is in doubt."""
@@ -230,7 +234,6 @@ class Vehicle:
 
     def _reboot(self) -> None:
         """The autopilot's clock went back: what it said before is void."""
-        self.boots += 1
         self.health = self.ekf_flags = self.attitude = None
         self.position_fresh = False
         self.landed_state = 0
