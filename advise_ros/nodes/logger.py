@@ -18,6 +18,7 @@ from advise_ros.core.units import NS
 from advise_ros.recording import platform
 from advise_ros.recording.background import MIB, BackgroundWriter, Entry, Limits
 from advise_ros.recording.definitions import definition
+from advise_ros.recording.records import PARAMETERS_RECORD, PLATFORM_RECORD, READ_AT
 from advise_ros.recording.writer import BagWriter
 from advise_ros.ros import diagnostics, parameters, run, topics
 from advise_ros.ros.diagnostics import Diagnostics
@@ -27,10 +28,6 @@ from advise_ros.ros.subscriptions import CLOCK_TOPIC, Arrival, RawSubscriptions
 # Messages wait this long in their queues; 5000 a second are 250, a tenth of what fits.
 TAKE_PERIOD_S = 0.05
 DISCOVERY_PERIOD_S = 0.5
-PARAMETERS_RECORD = 'parameters '
-PLATFORM_RECORD = 'platform'
-# When a node's parameters were read, beside them: a node may be started again with others.
-READ_AT = 'log time (ns)'
 # builtin_interfaces/Time behind the encapsulation of a message in CDR (little-endian).
 CLOCK_CDR = struct.Struct('<4xiI')
 

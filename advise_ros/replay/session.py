@@ -20,13 +20,10 @@ from advise_ros.recording.bags import BagTopics, read_bag
 from advise_ros.recording.codec import Codec
 from advise_ros.recording.definitions import definition
 from advise_ros.recording.messages import Bag, Message
+from advise_ros.recording.records import PARAMETERS_RECORD, PLATFORM_RECORD, READ_AT
 from advise_ros.recording.storage import open_source
 from advise_ros.replay.overrides import GRID, Overrides, other_grid
 
-PARAMETERS_RECORD = 'parameters '
-PLATFORM_RECORD = 'platform'
-# When the logger read the parameters (its clock, ns); bags of earlier versions do not hold it.
-READ_AT = 'log time (ns)'
 COMMAND_TYPE = 'geometry_msgs/msg/TwistStamped'
 DEMONSTRATION_TYPE = 'advise_msgs/msg/Demonstration'
 POLICY_TYPE = 'advise_msgs/msg/Policy'

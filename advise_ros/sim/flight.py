@@ -6,6 +6,7 @@ import math
 from collections import deque
 from dataclasses import dataclass, field
 from enum import IntEnum
+from typing import ClassVar
 
 from advise_ros.sim.control import Target
 from advise_ros.sim.modes import Mode
@@ -30,6 +31,9 @@ HOLD = Target()
 @dataclass
 class Flight:
     """The flying half of the autopilot; the other half decides whether it may fly at all."""
+
+    # The mode in which it follows setpoints.
+    obedient: ClassVar[IntEnum] = Mode.GUIDED
 
     timeout_s: float = 3.0
     mode: IntEnum = Mode.STABILIZE
@@ -87,11 +91,10 @@ class Flight:
 
     def moving_setpoint_age_s(self, now_s: float) -> float:
         """Simulated age of the velocity setpoint that moves the vehicle; 0 while none does."""
-        if self.mode is not Mode.GUIDED or self._setpoint is None:
+        if self.mode is not self.obedient or self._setpoint is None:
             return 0.0
         setpoint, received_s = self._setpoint
-        moves = setpoint.velocity_enu_m_s is not None and any(setpoint.velocity_enu_m_s)
-        return now_s - received_s if moves else 0.0
+        return now_s - received_s if any(setpoint.velocity_enu_m_s or ()) else 0.0
 
     def target(self, state: State, now_s: float) -> Target | None:
         """What to fly at this instant; None while the motors still spool up."""

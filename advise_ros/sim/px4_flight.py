@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from enum import IntEnum
+from typing import ClassVar
 
 from advise_ros.sim.control import Target
 from advise_ros.sim.flight import HOLD, SPOOL_UP_S, Flight, descend
@@ -23,15 +25,12 @@ FASTEST_M_S = 12.0
 class Px4Flight(Flight):
     """What each of PX4's modes flies; setpoints do not grow stale here, OFFBOARD is left instead."""
 
+    obedient: ClassVar[IntEnum] = Px4Mode.OFFBOARD
+
     mode: Px4Mode = Px4Mode.LOITER
     # MPC_XY_VEL_MAX: nothing else bounds what a position setpoint flies.
     fastest_m_s: float = FASTEST_M_S
     return_altitude_m: float = RETURN_ALTITUDE_M
-
-    def moving_setpoint_age_s(self, now_s: float) -> float:
-        if self.mode is not Px4Mode.OFFBOARD or self._setpoint is None or not any(self._setpoint[0].velocity_enu_m_s or ()):
-            return 0.0
-        return now_s - self._setpoint[1]
 
     def target(self, state: State, now_s: float) -> Target | None:
         if self.mode is Px4Mode.OFFBOARD:
