@@ -134,10 +134,6 @@ class AdviseConfig(LearnSettings, OnGrid):
     )
     learn_idle_s: float = parameter(1.0, 'quiet time before learning when learn_when is idle', low=0.0, high=3600.0)
     budget: int = parameter(-1, 'answers the person is willing to give, -1: unlimited', low=-1, high=1_000_000)
-    method: str = parameter(
-        'own', 'paper: what asks and learns as printed, whatever the other parameters say (config/paper.yaml)',
-        choices=('own', 'paper'),
-    )
 
 
 @dataclass(frozen=True)

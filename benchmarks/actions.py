@@ -30,7 +30,7 @@ from advise_ros.core.flight.pilot_flight import PilotFlight
 from advise_ros.core.flight.velocity_law import SeekSettings
 from advise_ros.core.grid.cell_tracker import CellTracker
 from advise_ros.core.grid.grid import ACTION_STEP, Action, Grid
-from advise_ros.core.people.simulated_pilot import Demonstrator
+from advise_ros.core.people.simulated_pilot import SimulatedPilot
 
 GRID = Grid(2.0, 6, 6, (-1.0, -1.0), 5.0, waypoints=(5, 35, 30, 0))
 SETTINGS = DiscretiseSettings()
@@ -96,7 +96,7 @@ class Pilot(Protocol):
 class Person:
     """Steers by hand for the centre of the cell that the next intention names, and notices late what the vehicle does."""
 
-    demonstrator: Demonstrator
+    demonstrator: SimulatedPilot
     rng: np.random.Generator
     hand: Hand
     meant: list[tuple[int, int, int]] = field(default_factory=list)
@@ -188,7 +188,7 @@ class Sticks:
 class Simulated:
     """The simulated pilot of the demo; his choice is his intention."""
 
-    def __init__(self, demonstrator: Demonstrator) -> None:
+    def __init__(self, demonstrator: SimulatedPilot) -> None:
         self.meant: list[tuple[int, int, int]] = []
         self.over = False
         self._stamp_ns = 0
@@ -207,7 +207,7 @@ class Simulated:
         return np.array(velocity[:2])
 
 
-PILOTS: dict[str, Callable[[Demonstrator, np.random.Generator], Pilot]] = {
+PILOTS: dict[str, Callable[[SimulatedPilot, np.random.Generator], Pilot]] = {
     'taps of 0.25 s': lambda who, rng: Person(who, rng, Keys(0.25, 0.5)),
     'keys held': lambda who, rng: Person(who, rng, Keys(0.8, 0.15)),
     'sticks': lambda who, rng: Person(who, rng, Sticks()),
@@ -225,7 +225,7 @@ class Flown(NamedTuple):
 def fly(pilot_name: str, manner: Manner, seed: int, number: int) -> Flown:
     """One flight along the route."""
     rng = np.random.default_rng((seed, number))
-    demonstrator = Demonstrator(GRID, NOISE, MISTAKES, np.random.default_rng(seed))
+    demonstrator = SimulatedPilot(GRID, NOISE, MISTAKES, np.random.default_rng(seed))
     pilot, vehicle = PILOTS[pilot_name](demonstrator, rng), Vehicle(manner, rng)
     stamps, positions, command_stamps, velocities = [], [], [], []
     command: Point | None = None

@@ -24,12 +24,12 @@ from scipy.stats import binomtest, t
 from advise_ros.core.demonstrations.action_counts import count
 from advise_ros.core.demonstrations.demonstration import Demonstration
 from advise_ros.core.grid.grid import Grid
+from advise_ros.core.learning import algorithm
 from advise_ros.core.numerics import Bools
-from advise_ros.core.people.simulated_pilot import Demonstrator, demonstrate
+from advise_ros.core.people.simulated_pilot import SimulatedPilot, demonstrate
 from advise_ros.core.people.trial import TrialSettings, follow
 from advise_ros.core.planning.process import occurring, successors
 from advise_ros.core.planning.routes import optimal_table
-from advise_ros.core.questions import expected_corrections
 from advise_ros.recording.gridfile import load_grid
 
 FOUR = load_grid(Path(__file__).parent.parent / 'config/grid_6x6.yaml')
@@ -88,10 +88,10 @@ def flown(case: Case, settings: TrialSettings, rng: np.random.Generator) -> tupl
     """The flights of one pilot."""
     grid = ROUTES[case.route]
     if case.mistakes == 'squares':
-        pilot = Demonstrator(grid, OUTSIDE, 0.0, rng)
+        pilot = SimulatedPilot(grid, OUTSIDE, 0.0, rng)
         pilot.mistakes = squares(grid, rng)
     else:
-        pilot = Demonstrator(grid, settings.noise_rate, settings.mistake_share, rng)
+        pilot = SimulatedPilot(grid, settings.noise_rate, settings.mistake_share, rng)
     return tuple(demonstrate(grid, pilot, index, settings.max_moves) for index in range(case.flights))
 
 
@@ -158,7 +158,7 @@ def main() -> None:
     parser.add_argument('--seed', type=int, default=50_000, help='of the first trial; the others follow')
     parser.add_argument('--out', type=Path, default=Path('out/asking.jsonl'), help='JSON lines, one a trial')
     options = parser.parse_args()
-    expected_corrections.MOVES = 0.0  # Beliefs decide, however little they rest on: that is the question.
+    algorithm.MOVES = 0.0  # Beliefs decide, however little they rest on: that is the question.
     rows = run(options.trials, options.seed, options.out)
     show_rates(rows)
     show_moves(rows)

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from advise_ros.core.advice.advice import AdviceRecord, Verdict
-from advise_ros.core.advice.contradictions import preferences
+from advise_ros.core.advice.state import preferences
 from advise_ros.core.grid.grid import N_ACTIONS, Grid
 from advise_ros.core.irl.program import Evidence, Problem, pose
 from advise_ros.core.irl.settings import Terms

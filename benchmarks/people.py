@@ -15,7 +15,7 @@ from dataclasses import replace
 from tuning import parse
 
 from advise_ros.core.numerics import Floats
-from advise_ros.domains.people import Demonstrator
+from advise_ros.core.people.simulated_demonstrator import Demonstrator
 from advise_ros.experiments.acquisitions import BELIEFS, GAINS, PAPER
 from advise_ros.experiments.figures import stored, tasks
 from advise_ros.experiments.protocols import PROTOCOLS

@@ -10,6 +10,7 @@ import numpy as np
 
 from advise_ros.core.errors import InputError
 from advise_ros.core.numerics import Bools, Floats, Ints, is_best
+from advise_ros.core.planning.finite_process import FiniteProcess
 from advise_ros.core.planning.process import Mdp, plan
 
 DISTRIBUTION_TOLERANCE = 1e-6
@@ -68,6 +69,11 @@ class Domain:
             array.setflags(write=False)
         if (self.start < 0).any() or abs(float(self.start.sum()) - 1.0) > DISTRIBUTION_TOLERANCE:
             raise InputError(f"'start' of domain {self.name} sums to {self.start.sum():g}; it must be a distribution")
+
+    @cached_property
+    def process(self) -> FiniteProcess:
+        """What the learner sees of it."""
+        return FiniteProcess(self.mdp, self.acting, self.features, self.start)
 
     @cached_property
     def acting(self) -> Ints:

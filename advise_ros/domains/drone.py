@@ -10,9 +10,9 @@ from functools import lru_cache
 import numpy as np
 
 from advise_ros.core.grid.grid import Action, Grid
+from advise_ros.core.planning.finite_process import grid_features
 from advise_ros.core.planning.process import mdp_of, occurring, terminal
 from advise_ros.core.planning.rollout import step_budget
-from advise_ros.core.questions.grid_clusters import structure
 from advise_ros.domains.domain import Domain, Measure
 
 ROOM = Grid(2.0, 5, 5, (-1.0, -1.0), 5.0, waypoints=(4, 24, 20, 0))
@@ -40,6 +40,6 @@ def route(name: str, grid: Grid, starts: Sequence[int]) -> Domain:
         start=np.bincount(starts, minlength=grid.n_states) / len(starts),
         measure=Measure.GOAL,
         horizon=max(step_budget(grid, state, BATTERY_FACTOR) for state in set(starts)),
-        features=structure(grid),
+        features=grid_features(grid),
         actions=tuple(action.name.lower() for action in Action),
     )

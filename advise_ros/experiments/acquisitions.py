@@ -11,8 +11,8 @@ from advise_ros.core.advice.answer_beliefs import BY_WORTH
 from advise_ros.core.numerics import Floats
 from advise_ros.domains.domain import Domain
 from advise_ros.experiments.figures import Trials
-from advise_ros.experiments.interview import Interview, Variant, with_errors
-from advise_ros.experiments.method import Protocol
+from advise_ros.experiments.interview import Interview, with_errors
+from advise_ros.experiments.method import Protocol, Variant
 from advise_ros.experiments.statistics import estimate
 from advise_ros.experiments.store import Store, key_of
 

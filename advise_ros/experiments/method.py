@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from advise_ros.core.irl.settings import Terms
-from advise_ros.domains.people import Demonstrator, Expert
+from advise_ros.core.irl.settings import LearnSettings, Terms
+from advise_ros.core.people.simulated_demonstrator import Demonstrator
+from advise_ros.core.people.simulated_expert import Expert
 from advise_ros.experiments.recorded import Recorded
 
 
@@ -15,8 +16,8 @@ class Method:
 
     Attributes:
         name: as in the figures.
-        clustering: of `core.clusterings.CLUSTERINGS`; 'states' asks about each alone, 'ideal' knows the optimal actions.
-        acquisition: of `core.acquisition.ACQUISITIONS`; '' asks nothing.
+        clustering: 'k_means'; 'states' asks about each alone, 'ideal' knows the optimal actions.
+        acquisition: of the learner, see `LearnSettings`; '' asks nothing.
         reading: of equation (1).
         clusters: k.
         features: weight of the states' structure beside the demonstrator's distribution.
@@ -32,6 +33,19 @@ class Method:
     features: float = 0.0
     budget: int | None = None
     quality: float = 1.0
+
+
+@dataclass(frozen=True)
+class Variant(Method):
+    """A way to ask with more than the paper's choices.
+
+    Attributes:
+        temperature: of the Boltzmann policy; None: the protocol's.
+        confirm: whether doubtful answers are asked for again.
+    """
+
+    temperature: float | None = None
+    confirm: bool = False
 
 
 # Figure 5's methods, and the order of clusters that Q5 asks about.
@@ -69,7 +83,7 @@ class Protocol:
     demonstrator: Demonstrator | Recorded
     clusters: int
     points: tuple[int, ...] = tuple(range(11))
-    expert: Expert = field(default_factory=Expert)
+    expert: Expert = field(default_factory=lambda: Expert(prefer='plurality'))
     terms: Terms = field(default_factory=Terms)
     w_p: float = 1.0
     temperature: float = 1.0
@@ -81,6 +95,17 @@ class Protocol:
     def budget(self) -> int:
         """Questions in all."""
         return self.points[-1]
+
+    def settings(self, method: Method, seed: int) -> LearnSettings:
+        """The learner's settings for a method; `seed` is the trial's."""
+        own = method if isinstance(method, Variant) else Variant('')
+        terms = self.terms if method.reading is None else self.terms._replace(reading=method.reading)
+        return LearnSettings(
+            **terms._asdict(), clusters=self.clusters if method.clusters is None else method.clusters,
+            cluster_features=method.features, laplace=self.laplace,
+            temperature=self.temperature if own.temperature is None else own.temperature, w_p=self.w_p,
+            cluster_score=self.score, acquisition=method.acquisition, confirm=own.confirm, seed=seed,
+        )
 
 
 @dataclass(frozen=True)

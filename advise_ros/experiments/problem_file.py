@@ -10,10 +10,19 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from advise_ros.core.advice.advice import AdviceRecord, Verdict
-from advise_ros.core.advice.contradictions import preferences, reversed_pair
+from advise_ros.core.advice.state import preferences, reversed_pair
 from advise_ros.core.errors import InputError
-from advise_ros.core.irl.conflicts import conflicting, slack_states
-from advise_ros.core.irl.program import Evidence, InfeasibleError, Pairs, Problem, Solution, favourites, pose
+from advise_ros.core.irl.conflicts import conflicting
+from advise_ros.core.irl.program import (
+    Evidence,
+    InfeasibleError,
+    Pairs,
+    Problem,
+    Solution,
+    favourites,
+    pose,
+    slack_states,
+)
 from advise_ros.core.irl.settings import Terms
 from advise_ros.core.irl.solvers.choose import AUTO, solve
 from advise_ros.core.numerics import Bools, Floats, Ints

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from advise_ros.core.errors import InputError
 from advise_ros.core.irl.settings import Terms
-from advise_ros.domains.people import Demonstrator
+from advise_ros.core.people.simulated_demonstrator import Demonstrator
 from advise_ros.experiments.method import OwnProtocol, Protocol
 from advise_ros.experiments.recorded import Recorded, file_of, is_recorded
 

@@ -1,6 +1,6 @@
 """Sites with wishes that are not on the map, simulated people who know them, and what a policy is worth to them.
 
-The pilots fly as the product's `Demonstrator` does, with ways round what is hidden as the right ones; the expert is the
+The pilots fly as the product's `SimulatedPilot` does, with ways round what is hidden as the right ones; the expert is the
 product's, who knows the same ways. What counts: all waypoints in order, within twice the steps of the best way, and no cell
 entered that the person wants kept out of.
 """
@@ -17,7 +17,7 @@ from advise_ros.core.errors import InputError
 from advise_ros.core.grid.grid import N_ACTIONS, Grid
 from advise_ros.core.numerics import Bools, Floats, Ints
 from advise_ros.core.people.simulated_expert import SimulatedExpert
-from advise_ros.core.people.simulated_pilot import Demonstrator, demonstrate
+from advise_ros.core.people.simulated_pilot import SimulatedPilot, demonstrate
 from advise_ros.core.planning.process import occurring
 from advise_ros.core.site.layout import Bytes, layout_of
 from advise_ros.core.site.pilots import AVOID_AT_ALL_COST, IN_SET
@@ -107,7 +107,7 @@ def reaches(site: Site) -> bool:
     return judge(site, site.right.argmax(axis=1)).success
 
 
-def pilot_of(site: Site, kind: str, noise: float, mistakes: float, rng: np.random.Generator) -> Demonstrator:
+def pilot_of(site: Site, kind: str, noise: float, mistakes: float, rng: np.random.Generator) -> SimulatedPilot:
     """A pilot of this site.
 
     Args:
@@ -126,10 +126,10 @@ def pilot_of(site: Site, kind: str, noise: float, mistakes: float, rng: np.rando
         raise InputError(f"pilot '{kind}' is unknown; known: {', '.join(kinds)}")
     if kind == 'soft':
         return _SoftPilot(site, noise, rng)
-    return Demonstrator(site.grid, noise, mistakes, rng, right=site.right, possible=kinds[kind])
+    return SimulatedPilot(site.grid, noise, mistakes, rng, right=site.right, possible=kinds[kind])
 
 
-def flights_of(site: Site, pilot: Demonstrator, number: int) -> tuple[Demonstration, ...]:
+def flights_of(site: Site, pilot: SimulatedPilot, number: int) -> tuple[Demonstration, ...]:
     """So many flights, each given up after twenty times the best one's moves."""
     longest = max(400, 20 * site.steps)
     return tuple(demonstrate(site.grid, pilot, index, longest) for index in range(number))
@@ -166,7 +166,7 @@ def _walk(grid: Grid, greedy: Ints, most: int) -> list[int]:
     return states
 
 
-class _SoftPilot(Demonstrator):
+class _SoftPilot(SimulatedPilot):
     """Makes a move the seldomer the more it loses; his temperature makes `noise` of the moves wrong in an average state."""
 
     def __init__(self, site: Site, noise: float, rng: np.random.Generator) -> None:

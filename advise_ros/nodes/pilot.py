@@ -23,7 +23,7 @@ from advise_ros.core.flight.mission import Ask, Mission, Stage
 from advise_ros.core.flight.pilot_flight import PilotFlight
 from advise_ros.core.flight.vehicle_state import Vehicle
 from advise_ros.core.grid.grid import Grid
-from advise_ros.core.people.simulated_pilot import Demonstrator
+from advise_ros.core.people.simulated_pilot import SimulatedPilot
 from advise_ros.core.units import ZERO
 from advise_ros.recording.gridfile import load_grid
 from advise_ros.ros import parameters, qos, run
@@ -251,10 +251,10 @@ class PilotNode(Node):
             self._statuses.publish(String(data=sentence))
 
 
-def flight_choices(grid: Grid, config: PilotConfig, flight: int) -> Demonstrator:
+def flight_choices(grid: Grid, config: PilotConfig, flight: int) -> SimulatedPilot:
     """Who chooses the moves of a flight: the mistakes are those of the seed, the noise that of seed and flight."""
     rng = np.random.default_rng(config.seed)
-    demonstrator = Demonstrator(grid, config.noise_rate, config.mistake_share, rng)
+    demonstrator = SimulatedPilot(grid, config.noise_rate, config.mistake_share, rng)
     rng.bit_generator.state = np.random.default_rng((config.seed, flight)).bit_generator.state
     return demonstrator
 

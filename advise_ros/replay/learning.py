@@ -7,12 +7,12 @@ from typing import Any, NamedTuple
 
 from advise_ros.config import AdviseConfig
 from advise_ros.core.advice.advice import AdviceRecord
+from advise_ros.core.advice.state import advice_state
 from advise_ros.core.demonstrations.demonstration import Demonstration, known
 from advise_ros.core.demonstrations.recorded_flights import number_of
 from advise_ros.core.errors import InputError
 from advise_ros.core.irl.settings import LearnSettings
 from advise_ros.core.learning.learner import Learned, learn
-from advise_ros.core.questions.select import budget_left
 from advise_ros.replay.overrides import GRID
 from advise_ros.replay.session import (
     ADVICE_TYPE,
@@ -276,8 +276,8 @@ def _check_query(
     if learned.query is not None:
         rebuilt = convert_advice.query_to_msg(learned.query, learned.grid, stamp_ns)
     else:
-        log = episode.log[: learned.log_length]
-        rebuilt = convert_advice.no_query_to_msg(learned, budget_left(log, budget), stamp_ns)
+        advice = advice_state(episode.log[: learned.log_length])
+        rebuilt = convert_advice.no_query_to_msg(learned, advice.budget_left(budget), stamp_ns)
     comparison.count(queries, rebuilt, episode.query)
 
 

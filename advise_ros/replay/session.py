@@ -46,8 +46,12 @@ NEEDED: Mapping[str, tuple[str, ...]] = {
 DEMONSTRATION_TOPIC = 'demonstration'
 # Parameters that bags of earlier versions do not hold, with what was done before there were any.
 EARLIER: Mapping[str, Mapping[str, Any]] = {
-    'AdviseConfig': {'clustering': 'k_means', 'confirm': False},
+    'AdviseConfig': {'confirm': False},
     'PolicyConfig': {'centre_first': False},
+}
+# Parameters that there are no more, with the only value that this version still has.
+REMOVED: Mapping[str, Mapping[str, Any]] = {
+    'AdviseConfig': {'clustering': 'k_means', 'method': 'own'},
 }
 
 
@@ -175,6 +179,9 @@ class RecordedSession:
 
 
 def _config(config_class: type[ConfigT], values: Mapping[str, Any]) -> ConfigT:
+    for name, kept in REMOVED.get(config_class.__name__, {}).items():
+        if values.get(name, kept) != kept:
+            raise InputError(f"'{name}' was '{values[name]}', which this version lacks; replay with the version of the bag")
     known = {spec.name for spec in fields(config_class)}  # type: ignore[arg-type]
     told = {**EARLIER.get(config_class.__name__, {}), **values}
     return config.build(config_class, {name: value for name, value in told.items() if name in known})

@@ -19,7 +19,7 @@ from advise_ros.core.irl.solvers.choose import SOLVERS, solve
 from advise_ros.core.planning.process import Mdp
 
 RELATIVE = 1e-6
-ELASTIC_ONLY = {'qoco', 'interior', 'interior-cholmod'}
+ELASTIC_ONLY = {'interior', 'interior-cholmod'}
 # Made for large programs; of these tiny ones it leaves one in some hundreds unproven and says so, and 'auto' asks on.
 MAY_STAY_UNPROVEN = {'interior-cholmod'}
 Solver = Callable[[Problem], Solution]

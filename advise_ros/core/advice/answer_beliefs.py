@@ -14,7 +14,7 @@ from advise_ros.core.advice.advice import AdviceRecord
 from advise_ros.core.advice.error_model import shares
 from advise_ros.core.numerics import Floats, Ints
 
-# The names of the acquisitions that ask by these beliefs; 'belief' also imitates what is believed (`core/advice/imitation.py`).
+# The names of the acquisitions that ask by these beliefs; 'belief' also imitates what is believed (`core/learning/algorithm.py`).
 GAIN, BELIEF = 'gain', 'belief'
 BY_WORTH = (GAIN, BELIEF)
 # A set is expected to be this pure before its demonstrations are looked at, which counts as so many states.

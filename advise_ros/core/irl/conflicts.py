@@ -4,28 +4,19 @@ from __future__ import annotations
 
 from itertools import chain
 
-from advise_ros.core.advice import contradictions
 from advise_ros.core.advice.advice import AdviceRecord
-from advise_ros.core.advice.contradictions import Opposition
-from advise_ros.core.irl.program import Problem, Solution, advice_rows
+from advise_ros.core.advice.state import Opposition, contradicting, opposed, preferences
+from advise_ros.core.irl.program import Problem, advice_rows, slack_states
 from advise_ros.core.irl.solvers.choose import solve
-from advise_ros.core.numerics import Ints
 
-# More slack than this share of delta is advice not met, less is the solver's tolerance.
-SLACK_SHARE = 1e-3
 # So dear that slack means: no reward does without it.
 SLACK_FORBIDDING = 1e6
 # A minimal set takes a program for each answer: it is sought where states times answers are no more, and so often.
 AFFORDABLE, SETS = 50_000, 5
 
 
-def slack_states(problem: Problem, solution: Solution) -> Ints:
-    """The advised states with slack."""
-    return problem.advised[solution.slack > SLACK_SHARE * max(problem.terms.delta, SLACK_SHARE)]
-
-
 def conflicting(
-    problem: Problem, records: tuple[AdviceRecord, ...], opposed: Opposition = contradictions.opposed,
+    problem: Problem, records: tuple[AdviceRecord, ...], against_each_other: Opposition = opposed,
 ) -> tuple[int, ...]:
     """Advice ids that cannot all hold, ascending.
 
@@ -36,9 +27,9 @@ def conflicting(
     Args:
         problem: posed with all the records.
         records: the advice that holds.
-        opposed: whether two answers about a state oppose each other.
+        against_each_other: whether two answers about a state cannot both hold.
     """
-    named = set(contradictions.among(records, opposed))
+    named = set(contradicting(records, against_each_other))
     apart = tuple(record for record in records if record.advice_id not in named)
     if problem.mdp.n_states * len(apart) > AFFORDABLE:
         return tuple(sorted(named))
@@ -75,7 +66,7 @@ def _can_hold(problem: Problem, records: tuple[AdviceRecord, ...]) -> bool:
     """Whether some reward satisfies the advice when nothing else is asked for; Pbar stays that of all answers."""
     if not records:
         return True
-    advised, rows = advice_rows(problem.mdp, contradictions.preferences(records))
+    advised, rows = advice_rows(problem.mdp, preferences(records))
     terms = problem.terms._replace(lambda_t=0.0, lambda_a=0.0, slack_cost=SLACK_FORBIDDING)
     alone = problem._replace(terms=terms, advised=advised, advice_pairs=rows)
     return not len(slack_states(alone, solve(alone)))

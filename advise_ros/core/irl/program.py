@@ -42,6 +42,8 @@ from advise_ros.core.planning.process import Mdp
 
 # The relative gap up to which a solution is called optimal.
 EXACT = 1e-6
+# More slack than this share of delta is advice not met, less is the solver's tolerance.
+SLACK_SHARE = 1e-3
 
 
 class InfeasibleError(AdviseError):
@@ -234,3 +236,8 @@ def advice_rows(mdp: Mdp, advice: Mapping[int, Preference]) -> tuple[Ints, Pairs
     which, better, worse = np.nonzero(wanted & ~mdp.alike[asked])
     pairs = Pairs(asked[which], better, worse)
     return np.unique(pairs.states), pairs
+
+
+def slack_states(problem: Problem, solution: Solution) -> Ints:
+    """The advised states with slack."""
+    return problem.advised[solution.slack > SLACK_SHARE * max(problem.terms.delta, SLACK_SHARE)]

@@ -2,79 +2,100 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
 
-from advise_ros.core.advice import contradictions
-from advise_ros.core.advice.advice import AdviceRecord
+from advise_ros.core.advice.state import Imitated, contradicting
 from advise_ros.core.errors import InputError
-from advise_ros.core.irl.conflicts import conflicting, slack_states
-from advise_ros.core.irl.program import Evidence, InfeasibleError, Problem, Solution, pose
+from advise_ros.core.irl.conflicts import conflicting
+from advise_ros.core.irl.program import Evidence, InfeasibleError, Problem, Solution, pose, slack_states
 from advise_ros.core.irl.settings import LearnSettings
 from advise_ros.core.irl.solvers.choose import AUTO, solve
 from advise_ros.core.irl.solvers.local_preview import ROUGH, Solved, is_large, near
 from advise_ros.core.numerics import Floats, Ints
 from advise_ros.core.planning.process import Mdp, boltzmann, greedy, plan
 
+# A way to an optimum of the program.
+Solve = Callable[[Problem], Solution]
 
-class Inferred(NamedTuple):
-    """What the evidence says.
+
+@dataclass(frozen=True, eq=False)
+class Inferred:
+    """The reward that the evidence speaks for, and its policy.
 
     Attributes:
-        reward, value: (n,) learnt reward and its optimal value.
-        q: (n, n_actions).
-        greedy: (n,) best actions, ties to the lowest.
-        probabilities: (n, n_actions) Boltzmann policy.
-        objective: of equation (1).
-        unmet: states whose advice the reward does not satisfy, ascending.
-        contradictions: ids of answers that cannot all hold, ascending.
-        solved: the program and its solution.
+        imitated: the evidence.
+        problem, solution: equation (1) and its optimum.
+        value: (n,) optimal value of the reward.
+        q: (n, n_actions) indexed q[state, action].
+        probabilities: (n, n_actions) Boltzmann policy of equation (3).
     """
 
-    reward: Floats
+    imitated: Imitated
+    problem: Problem
+    solution: Solution
     value: Floats
     q: Floats
-    greedy: Ints
     probabilities: Floats
-    objective: float
-    unmet: Ints
-    contradictions: tuple[int, ...]
-    solved: Solved
+
+    @property
+    def reward(self) -> Floats:
+        """(n,) learnt reward."""
+        return self.solution.reward
+
+    @cached_property
+    def greedy(self) -> Ints:
+        """(n,) best actions, ties to the lowest."""
+        return greedy(self.q)
+
+    @cached_property
+    def unmet(self) -> Ints:
+        """States whose advice the reward does not satisfy, ascending."""
+        return slack_states(self.problem, self.solution)
+
+    @cached_property
+    def contradictions(self) -> tuple[int, ...]:
+        """Ids of answers that cannot all hold, ascending."""
+        records = self.imitated.advice
+        return conflicting(self.problem, records) if len(self.unmet) else contradicting(records)
 
 
-def infer(
-    mdp: Mdp, favourite: Ints, records: tuple[AdviceRecord, ...], settings: LearnSettings, earlier: Solved | None = None,
-) -> Inferred:
+def infer(mdp: Mdp, imitated: Imitated, settings: LearnSettings, solve: Solve) -> Inferred:
     """Solve equation (1), then plan with its reward.
 
     Args:
         mdp: the process.
-        favourite: (n,) a*, -1 without a demonstration.
-        records: the advice that holds.
+        imitated: the action a* of each state, and the advice that takes its place.
         settings: constants and readings.
-        earlier: of almost the same evidence: a proven preview near what changed is enough, where it is much quicker.
+        solve: finds an optimum.
 
     Raises:
         InputError: strict advice (slack_cost 0) that contradicts itself.
     """
-    problem = pose(mdp, Evidence(favourite, contradictions.preferences(records)), settings.terms)
+    problem = pose(mdp, Evidence(imitated.favourite, imitated.preferences), settings.terms)
     try:
-        solution = _solution(problem, settings.solver, earlier)
+        solution = solve(problem)
     except InfeasibleError:
-        raise InputError(_refusal(conflicting(problem, records))) from None
-    unmet = slack_states(problem, solution)
+        raise InputError(_refusal(conflicting(problem, imitated.advice))) from None
     value, q = plan(mdp, solution.reward, solution.value)
-    return Inferred(
-        solution.reward, value, q, greedy(q), boltzmann(q, settings.temperature), solution.objective, unmet,
-        conflicting(problem, records) if len(unmet) else contradictions.among(records), Solved(problem, solution),
-    )
+    return Inferred(imitated, problem, solution, value, q, boltzmann(q, settings.temperature))
 
 
-def _solution(problem: Problem, solver: str, earlier: Solved | None) -> Solution:
-    """The optimum; where one takes long and a preview is asked for, what lies near it."""
-    if earlier is None or solver != AUTO or not is_large(problem.mdp):
-        return solve(problem, solver)
-    preview = near(problem, earlier)
-    return solve(problem, solver, ROUGH) if preview is None else preview
+def solver_by_name(name: str, earlier: Solved | None = None) -> Solve:
+    """A solver of `SOLVERS`, or by size.
+
+    Args:
+        name: a key, or 'auto'.
+        earlier: of almost the same evidence: a proven preview near what changed is enough, where it is much quicker.
+    """
+    def optimum(problem: Problem) -> Solution:
+        if earlier is None or name != AUTO or not is_large(problem.mdp):
+            return solve(problem, name)
+        preview = near(problem, earlier)
+        return solve(problem, name, ROUGH) if preview is None else preview
+
+    return optimum
 
 
 def _refusal(ids: tuple[int, ...]) -> str:

@@ -24,13 +24,7 @@ class LearnSettings:
     margin_cap: float = parameter(0.2, 'cap on xi and zeta; 0: none', low=0.0, high=1e6)
     slack_cost: float = parameter(1000.0, 'cost of contradictory advice (elastic); 0: strict', low=0.0, high=1e9)
     gamma: float = parameter(0.95, 'discount', low=0.0, high=0.9999)
-    clustering: str = parameter(
-        'k_means', 'how states become clusters: k_means as in the paper; connected: only states that a move joins; '
-        'evidence: as long as their demonstrations speak for one behaviour', choices=('k_means', 'connected', 'evidence'),
-    )
-    clusters: int = parameter(
-        6, 'clusters of states; about 1.5 a waypoint; 0: as many as the demonstrations distinguish', low=0, high=10_000,
-    )
+    clusters: int = parameter(6, 'clusters of states; about 1.5 a waypoint', low=1, high=10_000)
     cluster_features: float = parameter(
         1.0, 'weight of position and waypoint beside the action distribution; 0: none, as in the paper', low=0.0, high=100.0,
     )
@@ -39,13 +33,12 @@ class LearnSettings:
     w_p: float = parameter(0.5, 'weight of F (demonstrations) against G (policy)', low=0.0, high=1.0)
     cluster_score: str = parameter('mean', 'U_c: mean (definition 4) or sum (algorithm 1)', choices=('mean', 'sum'))
     acquisition: str = parameter(
-        'occupancy', 'what is asked about next: (paper) the highest U_c; where the policy flies and is unsure (occupancy), '
-        'is not explained by the reward (unexplained), or demonstrations disagree (disagreement); mixed: occupancy, then '
-        'paper; gain: the clusters, finer ones and single states whose answer is expected to put most right, '
-        'and as occupancy where moves are fewer than 5 a state; belief: as gain, and the most likely right action is imitated '
-        'instead of the most frequent one; site: what the map does not say is learnt, cells to keep out of on the way to all '
-        'waypoints, and asked is what saves most steps',
-        choices=('paper', 'occupancy', 'unexplained', 'mixed', 'disagreement', 'random', 'gain', 'belief', 'site'),
+        'occupancy', 'what is asked about next: (paper) the highest U_c; where the policy flies and is unsure (occupancy) '
+        'or demonstrations disagree (disagreement); gain: the clusters, finer ones and single states whose answer is '
+        'expected to put most right, and as occupancy where moves are fewer than 5 a state; belief: as gain, and the most '
+        'likely right action is imitated instead of the most frequent one; site: what the map does not say is learnt, cells '
+        'to keep out of on the way to all waypoints, and asked is what saves most steps',
+        choices=('paper', 'occupancy', 'disagreement', 'random', 'gain', 'belief', 'site'),
     )
     confirm: bool = parameter(
         True, 'ask once more after an answer that hardly any demonstration supports; the most frequent answer holds',
@@ -58,7 +51,7 @@ class LearnSettings:
     slip: float = parameter(0.0, 'probability that a move goes elsewhere in the transition model', low=0.0, high=0.9)
     solver: str = parameter(
         'auto', 'solver of the program: by size (auto), or one; cvxpy is the readable reference',
-        choices=('auto', 'highs', 'piqp', 'qoco', 'clarabel', 'interior', 'interior-cholmod', 'cvxpy'),
+        choices=('auto', 'highs', 'piqp', 'clarabel', 'interior', 'interior-cholmod', 'cvxpy'),
     )
     seed: int = parameter(0, 'seed of every random choice', low=0, high=2**31 - 1)
 

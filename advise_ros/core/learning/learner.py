@@ -1,31 +1,28 @@
-"""ADVISE (algorithm 1) as one pure function: demonstrations and answers in, policy and next question out."""
+"""ADVISE (algorithm 1) on the drone's grid as one pure function: demonstrations and answers in, policy and question out."""
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, replace
+import hashlib
+import json
+from collections.abc import Iterable
+from dataclasses import asdict, dataclass
 
 import numpy as np
 import numpy.typing as npt
 
 from advise_ros.core.advice.advice import AdviceRecord, Query
-from advise_ros.core.advice.confirmation import agreed
-from advise_ros.core.advice.contradictions import advice_in
-from advise_ros.core.advice.imitation import imitated
 from advise_ros.core.demonstrations.action_counts import count
 from advise_ros.core.demonstrations.demonstration import Demonstration, standing
 from advise_ros.core.errors import InputError
 from advise_ros.core.grid.grid import Grid
-from advise_ros.core.irl.reward import Inferred, infer
+from advise_ros.core.irl.reward import solver_by_name
 from advise_ros.core.irl.settings import LearnSettings
 from advise_ros.core.irl.solvers.local_preview import Solved, is_large
-from advise_ros.core.learning.digest import digest, evidence, map_of
+from advise_ros.core.learning.algorithm import improve
 from advise_ros.core.numerics import Floats, Ints
-from advise_ros.core.planning.process import mdp_of, occurring
-from advise_ros.core.questions.expected_corrections import in_effect
-from advise_ros.core.questions.grid_clusters import cluster_states, split
-from advise_ros.core.questions.select import Numbering, Situation, drawn, mixed, next_query
-from advise_ros.core.questions.uncertainty import uncertainty
-from advise_ros.core.site import SITE
+from advise_ros.core.planning.finite_process import process_of
+from advise_ros.core.questions.clusters import cluster_states
+from advise_ros.core.questions.query import Numbering, next_query
 
 __all__ = ['LearnSettings', 'Learned', 'learn']
 
@@ -124,28 +121,12 @@ def learn(  # noqa: PLR0913 - evidence and numbering of a session
         InputError: no demonstration stands, one is on another grid, or strict advice (slack_cost 0) that contradicts itself.
     """
     check_demonstrations(grid, demonstrations)
-    held = standing(demonstrations)
-    counts = count(grid, held)
-    mdp = mdp_of(grid, settings.slip, settings.gamma)
-    demonstrated = counts.distribution(settings.laplace)
-    advice = advice_in(log)
-    if settings.confirms:
-        advice = agreed(advice, counts.taken)
-    asks = replace(settings, acquisition=in_effect(settings.acquisition, counts.visits[occurring(grid)]))
-    belief = None
-    if settings.acquisition == SITE:
-        from advise_ros.core.site.within_advise import belief_of, imitate  # noqa: PLC0415 - compiled loops: half a second
-
-        belief = belief_of(grid, counts, log, settings.seed)
-        favourite, advice = imitate(grid, belief, advice)
-    else:
-        favourite, advice = imitated(asks.acquisition, counts, advice)
-    inferred = infer(mdp, favourite, advice, settings, earlier)
-    unsure = uncertainty(demonstrated, inferred.probabilities, settings.w_p)
-    clusters = cluster_states(grid, counts, settings)
-    clusters = split(grid, clusters, mixed(log), settings.seed, drawn(log))
-    situation = Situation(grid, asks, mdp, counts, demonstrated, inferred, unsure, clusters, belief)
-    asking = next_query(situation, log, Numbering(version, next_query_id, budget))
+    flown = standing(demonstrations)
+    counts, process = count(grid, flown), process_of(grid, settings.slip, settings.gamma)
+    clusters = cluster_states(process, counts, settings)
+    found = improve(process, settings, counts, clusters, log, solver_by_name(settings.solver, earlier))
+    inferred, solution = found.inferred, found.inferred.solution
+    asking = next_query(grid, found, Numbering(version, next_query_id, budget))
     return Learned(
         grid=grid,
         settings=settings,
@@ -157,22 +138,23 @@ def learn(  # noqa: PLR0913 - evidence and numbering of a session
         reward=inferred.reward,
         value=inferred.value,
         q=inferred.q,
-        clusters=clusters,
-        state_uncertainty=unsure.state,
-        demonstrated=demonstrated,
+        clusters=found.clusters,
+        state_uncertainty=found.uncertainty.state,
+        demonstrated=found.demonstrated,
         visits=counts.visits,
         query=asking.query,
         doubt_left=asking.doubt_left,
         enough_advice=asking.enough,
         contradictions=inferred.contradictions,
         unmet=tuple(inferred.unmet.tolist()),
-        objective=inferred.objective,
-        gap=inferred.solved.solution.gap,
-        solver=inferred.solved.solution.solver,
-        solved=inferred.solved if is_large(mdp) else None,
-        keep_out=None if belief is None else belief.keep_out,
+        objective=solution.objective,
+        gap=solution.gap,
+        solver=solution.solver,
+        solved=Solved(inferred.problem, solution) if is_large(process.mdp) else None,
+        keep_out=None if found.belief is None else found.belief.keep_out,
         digest=digest(
-            map_of(grid), asdict(settings), evidence(held, advice), _decisions(inferred, clusters, asking.query)
+            map_of(grid), asdict(settings), evidence(flown, found.imitated.advice),
+            [inferred.greedy.tolist(), found.clusters.tolist(), list(asking.query.states) if asking.query else None],
         ),
     )
 
@@ -203,5 +185,22 @@ def check_grid(grid: Grid, demonstration: Demonstration) -> None:
         )
 
 
-def _decisions(inferred: Inferred, clusters: Ints, query: Query | None) -> list[object]:
-    return [inferred.greedy.tolist(), clusters.tolist(), list(query.states) if query else None]
+# -- the digest: one hash over what was decided from what; floats that a solver made stay out of it ------
+def digest(*parts: object) -> str:
+    """sha256 (hex) of the parts as JSON with sorted keys and no blanks, in UTF-8."""
+    text = json.dumps(parts, sort_keys=True, separators=(',', ':'), allow_nan=False)
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def evidence(demonstrations: Iterable[Demonstration], records: Iterable[AdviceRecord]) -> list[object]:
+    """The demonstrations' moves and the advice, each in an order that does not depend on arrival."""
+    flights = sorted([list(d.states), list(d.actions)] for d in demonstrations)
+    advice = sorted([sorted(r.states), sorted(r.preferred), sorted(r.avoided)] for r in records)
+    return [flights, advice]
+
+
+def map_of(grid: Grid) -> list[object]:
+    """What makes a grid."""
+    return [
+        grid.resolution_m, grid.width, grid.height, grid.origin_enu_m, grid.altitude_m, grid.waypoints, grid.blocked
+    ]

@@ -8,14 +8,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from advise_ros.core.advice.advice import AdviceRecord, Answer, Code, Outcome, Query, Verdict, active
+from advise_ros.core.advice.advice import AdviceRecord, Answer, Code, Outcome, Query, Verdict
 from advise_ros.core.advice.answer_check import Fault, check_log, fault, part_fault
-from advise_ros.core.advice.contradictions import advice_in, against
+from advise_ros.core.advice.state import AdviceState, advice_state, against
 from advise_ros.core.demonstrations.demonstration import Demonstration, standing
 from advise_ros.core.grid.grid import Grid
 from advise_ros.core.irl.solvers.local_preview import Solved
 from advise_ros.core.learning.learner import Learned, LearnSettings, check_grid, learn
-from advise_ros.core.questions.select import budget_left
 
 
 @dataclass(frozen=True)
@@ -57,7 +56,7 @@ class Session:
         self.settings = settings
         self.budget = budget
         self._demonstrations: tuple[Demonstration, ...] = ()
-        self._log: tuple[AdviceRecord, ...] = ()
+        self._advice = advice_state(())
         self._learned: Learned | None = None
         self._query: Query | None = None
         self._version = 0
@@ -77,7 +76,12 @@ class Session:
     @property
     def log(self) -> tuple[AdviceRecord, ...]:
         """Every accepted answer and retraction, in order."""
-        return self._log
+        return self._advice.log
+
+    @property
+    def advice(self) -> AdviceState:
+        """What the log says."""
+        return self._advice
 
     @property
     def learned(self) -> Learned | None:
@@ -92,7 +96,7 @@ class Session:
     @property
     def budget_left(self) -> int:
         """Answers left, -1 unlimited."""
-        return budget_left(self._log, self.budget)
+        return self._advice.budget_left(self.budget)
 
     # -- demonstrations and learning ---------------------------------------------------------
     def add(self, demonstration: Demonstration) -> None:
@@ -108,7 +112,7 @@ class Session:
         """What is to be learnt next; None when no demonstration stands or the policy is up to date."""
         if not self.standing or self._is_newest(self._learned):
             return None
-        return self._work(self._log)
+        return self._work(self.log)
 
     def adopt(self, learned: Learned) -> bool:
         """Take a result with its question; False when the session has gone on since its snapshot."""
@@ -120,7 +124,7 @@ class Session:
         return True
 
     def _is_newest(self, learned: Learned | None) -> bool:
-        newest = (len(self._demonstrations), len(self._log))
+        newest = (len(self._demonstrations), len(self.log))
         return learned is not None and (learned.n_demonstrations, learned.log_length) == newest
 
     def _work(self, log: tuple[AdviceRecord, ...]) -> Work:
@@ -150,21 +154,20 @@ class Session:
         outcome = self.check(answer)
         if outcome.record is None:
             return outcome
-        return replace(self._work((*self._log, outcome.record)), earlier=self._learned.solved if self._learned else None)
+        return replace(self._work((*self.log, outcome.record)), earlier=self._learned.solved if self._learned else None)
 
     def undo(self) -> Outcome:
         """Take the last answer that holds back."""
-        held = active(self._log)
-        if not held:
+        if not self._advice.active:
             return self._refuse(Code.UNKNOWN_QUERY, 'there is no answer to take back')
-        return self._take_back(held[-1])
+        return self._take_back(self._advice.active[-1])
 
     def retract(self, advice_id: int) -> Outcome:
         """Take one earlier answer back."""
-        for record in active(self._log):
+        for record in self._advice.active:
             if record.advice_id == advice_id:
                 return self._take_back(record)
-        known = any(record.advice_id == advice_id for record in self._log)
+        known = any(record.advice_id == advice_id for record in self.log)
         reason = 'was taken back before' if known else 'was never given'
         return self._refuse(Code.ALREADY_ANSWERED if known else Code.UNKNOWN_QUERY, f'answer {advice_id} {reason}')
 
@@ -175,13 +178,13 @@ class Session:
             InputError: a record's state or action is not on this grid.
         """
         check_log(self.grid, log)
-        self._log = tuple(log)
+        self._advice = advice_state(tuple(log))
         self._last_query_id = max((self._last_query_id, last_query_id, *(record.query_id for record in log)))
         self._learned = self._query = None
 
     # -- parts -------------------------------------------------------------------------------
     def _append(self, record: AdviceRecord) -> None:
-        self._log += (record,)
+        self._advice = advice_state((*self.log, record))
         self._query = None  # It is answered, or rests on an answer that was taken back.
 
     def _take_back(self, record: AdviceRecord) -> Outcome:
@@ -199,7 +202,7 @@ class Session:
         hint = f'query {self._query.query_id} is open' if self._query else 'no query is open now'
         if not 1 <= number <= self._last_query_id:
             return Fault(Code.UNKNOWN_QUERY, f'query {number} was never asked; {hint}')
-        if any(record.query_id == number for record in active(self._log)):
+        if any(record.query_id == number for record in self._advice.active):
             return Fault(Code.ALREADY_ANSWERED, f'query {number} was answered before; {hint}')
         if self.budget_left == 0:
             return Fault(Code.BUDGET_SPENT, f'all {self.budget} answers of the budget are given; take one back first')
@@ -213,7 +216,7 @@ class Session:
     def _weigh(self, answer: Answer, query: Query) -> Outcome:
         """Accept a sound answer; when advice is strict, only if no earlier answer opposes it."""
         record = self._record(answer, query)
-        contradicts = against(record, advice_in(self._log))
+        contradicts = against(record, self._advice.answers)
         opposed = f'it contradicts earlier answers: {", ".join(map(str, contradicts))}' if contradicts else ''
         if opposed and self.settings.slack_cost == 0:
             return self._refuse(Code.CONTRADICTION, f'{opposed}; take them back first', contradicts)
@@ -223,7 +226,7 @@ class Session:
     def _record(self, answer: Answer, query: Query) -> AdviceRecord:
         said = answer.verdict == Verdict.ANSWER
         return AdviceRecord(
-            advice_id=1 + max((record.advice_id for record in self._log), default=0),
+            advice_id=1 + max((record.advice_id for record in self.log), default=0),
             query_id=query.query_id,
             states=tuple(sorted(answer.part)) if answer.verdict == Verdict.SPLIT else query.states,
             preferred=tuple(sorted(answer.preferred)) if said else (),

@@ -1,32 +1,86 @@
-"""The simulated expert of section 4: knows the route and answers for the plurality of a cluster's states."""
+"""The simulated expert of section 4: knows what is right and answers for most of a cluster's states."""
 
 from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from advise_ros.core.advice.advice import Answer, Query, Verdict
-from advise_ros.core.grid.grid import N_ACTIONS, Grid
+from advise_ros.core.grid.grid import Grid
 from advise_ros.core.numerics import Bools
 from advise_ros.core.people.settings import ExpertSettings
 from advise_ros.core.planning.routes import optimal_table
 
 
-class SimulatedExpert:
-    """Answers queries like a person who knows the way.
+@dataclass(frozen=True)
+class Expert:
+    """How somebody answers who knows what is right.
 
-    Preferred are the actions that are optimal in most of the states ('plurality', the paper's choice), and with
-    'majority' also those that are optimal in at least half of them: who is asked about the way to a corner says
-    "east or south". Avoided are the actions that are optimal in none of the states ('never_optimal', or if there
-    is none all others), or always all others ('all_others'). Where nothing is left to avoid the answer is MIXED.
+    Preferred are the actions that are right in most of the states ('plurality', the paper's choice), and with
+    'majority' also those that are right in at least half of them: who is asked about the way to a corner says
+    "east or south". Avoided are the actions that are right in none of the states ('never_optimal', or if there
+    is none all others), or always all others ('all_others').
+
+    Attributes:
+        avoid: 'never_optimal' or 'all_others'.
+        error_rate: share of answers that are wrong, 0 to 1.
+        skip_rate: share of queries that are skipped, 0 to 1.
+        prefer: 'majority' or 'plurality'.
+    """
+
+    avoid: str = 'never_optimal'
+    error_rate: float = 0.0
+    skip_rate: float = 0.0
+    prefer: str = 'majority'
+
+
+class Reply(NamedTuple):
+    """A verdict with the actions preferred and avoided, each ascending; both empty unless it is an ANSWER."""
+
+    verdict: Verdict
+    preferred: tuple[int, ...] = ()
+    avoided: tuple[int, ...] = ()
+
+
+def reply(expert: Expert, right: Bools, rng: np.random.Generator) -> Reply:
+    """What an expert says about some states; MIXED where nothing is left to avoid.
+
+    Args:
+        expert: who answers.
+        right: (m, n_actions) the right actions of the states.
+        rng: of errors and skips.
+    """
+    if rng.random() < expert.skip_rate:
+        return Reply(Verdict.SKIP)
+    preferred, avoided = without_error(expert, right)
+    if not avoided:
+        return Reply(Verdict.MIXED)
+    if rng.random() < expert.error_rate:
+        preferred, avoided = (int(rng.choice(avoided)),), preferred
+    return Reply(Verdict.ANSWER, preferred, avoided)
+
+
+def without_error(expert: Expert, right: Bools) -> tuple[tuple[int, ...], tuple[int, ...]]:
+    """Preferred and avoided actions for states with the right actions (m, n_actions)."""
+    votes = right.sum(axis=0)
+    enough = min(float(votes.max()), len(right) / 2) if expert.prefer == 'majority' else float(votes.max())
+    preferred = np.flatnonzero(votes >= max(enough, 1))
+    never = np.flatnonzero(votes == 0)
+    others = np.setdiff1d(np.arange(right.shape[1]), preferred)
+    avoided = others if expert.avoid == 'all_others' or not len(never) else never
+    return tuple(preferred.tolist()), tuple(avoided.tolist())
+
+
+class SimulatedExpert:
+    """Answers queries about a route like a person who knows the way.
 
     Args:
         grid: the route.
         rng: of errors and skips.
-        avoid: 'never_optimal' or 'all_others'.
-        error_rate: share of answers that are wrong.
-        skip_rate: share of queries that are skipped.
+        avoid, error_rate, skip_rate, prefer: as of `Expert`.
         expert_id: name in the log.
-        prefer: 'majority' or 'plurality'.
         right: (n, n_actions) the actions that are right to this person; None: those of the shortest ways.
     """
 
@@ -41,29 +95,15 @@ class SimulatedExpert:
         prefer: str = ExpertSettings.prefer,
         right: Bools | None = None,
     ) -> None:
-        self._optimal = optimal_table(grid) if right is None else right
-        self._rng = rng
-        self._avoid, self._prefer = avoid, prefer
-        self._error_rate, self._skip_rate = error_rate, skip_rate
-        self._expert_id = expert_id
+        self._right = optimal_table(grid) if right is None else right
+        self._rng, self._expert_id = rng, expert_id
+        self._expert = Expert(avoid, error_rate, skip_rate, prefer)
 
     def answer(self, query: Query) -> Answer:
         """What the expert says to a query."""
-        if self._rng.random() < self._skip_rate:
-            return Answer(query.query_id, Verdict.SKIP, expert_id=self._expert_id)
-        preferred, avoided = self.advice(query.states)
-        if not avoided:
-            return Answer(query.query_id, Verdict.MIXED, expert_id=self._expert_id)
-        if self._rng.random() < self._error_rate:
-            preferred, avoided = (int(self._rng.choice(avoided)),), preferred
-        return Answer(query.query_id, Verdict.ANSWER, preferred, avoided, self._expert_id)
+        said = reply(self._expert, self._right[list(query.states)], self._rng)
+        return Answer(query.query_id, said.verdict, said.preferred, said.avoided, self._expert_id)
 
     def advice(self, states: tuple[int, ...]) -> tuple[tuple[int, ...], tuple[int, ...]]:
         """Preferred and avoided actions for the states, without error."""
-        votes = self._optimal[list(states)].sum(axis=0)
-        enough = min(float(votes.max()), len(states) / 2) if self._prefer == 'majority' else float(votes.max())
-        preferred = np.flatnonzero(votes >= max(enough, 1))
-        never = np.flatnonzero(votes == 0)
-        others = np.setdiff1d(np.arange(N_ACTIONS), preferred)
-        avoided = others if self._avoid == 'all_others' or not len(never) else never
-        return tuple(preferred.tolist()), tuple(avoided.tolist())
+        return without_error(self._expert, self._right[list(states)])

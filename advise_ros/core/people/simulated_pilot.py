@@ -15,7 +15,7 @@ from advise_ros.core.planning.routes import optimal_table
 MISTAKE_RATE = 0.75
 
 
-class Demonstrator:
+class SimulatedPilot:
     """Flies the route as a person who is often wrong.
 
     Where several moves are right, the person has the habit of one of them. In `mistake_share` of the
@@ -80,7 +80,7 @@ def _flyable(grid: Grid) -> Bools:
     return flyable
 
 
-def demonstrate(grid: Grid, demonstrator: Demonstrator, index: int, max_moves: int) -> Demonstration:
+def demonstrate(grid: Grid, demonstrator: SimulatedPilot, index: int, max_moves: int) -> Demonstration:
     """One flight on the grid model from the start to the goal, or until `max_moves`.
 
     A move takes one second; its stamp is that of entering the state.

@@ -15,7 +15,7 @@ from advise_ros.core.learning.learner import Learned, LearnSettings, learn
 from advise_ros.core.learning.session import Session
 from advise_ros.core.people.settings import ExpertSettings, PilotSettings
 from advise_ros.core.people.simulated_expert import SimulatedExpert
-from advise_ros.core.people.simulated_pilot import Demonstrator, demonstrate
+from advise_ros.core.people.simulated_pilot import SimulatedPilot, demonstrate
 from advise_ros.core.planning.rollout import rollout, step_budget
 
 
@@ -27,7 +27,7 @@ class TrialSettings:
         learn: the learner's settings; its seed is replaced by the trial's.
         flights: demonstrations.
         answers: queries that the expert answers.
-        noise_rate, mistake_share, max_moves: of the `Demonstrator`.
+        noise_rate, mistake_share, max_moves: of the `SimulatedPilot`.
         prefer, avoid, error_rate, skip_rate: of the `SimulatedExpert`.
         step_budget_factor: moves that a policy may take, times the shortest route.
     """
@@ -116,7 +116,7 @@ def follow(
 
 def fly(grid: Grid, settings: TrialSettings, rng: np.random.Generator) -> tuple[Demonstration, ...]:
     """The demonstrations of one simulated pilot."""
-    pilot = Demonstrator(grid, settings.noise_rate, settings.mistake_share, rng)
+    pilot = SimulatedPilot(grid, settings.noise_rate, settings.mistake_share, rng)
     return tuple(demonstrate(grid, pilot, index, settings.max_moves) for index in range(settings.flights))
 
 

@@ -13,15 +13,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from advise_ros.core.advice.advice import AdviceRecord, active
-from advise_ros.core.advice.answer_beliefs import BY_WORTH, common, heard
-from advise_ros.core.advice.contradictions import preferences
+from advise_ros.core.advice.answer_beliefs import common, heard
 from advise_ros.core.advice.error_model import log_beliefs, shares
+from advise_ros.core.advice.state import AdviceState, Imitated
 from advise_ros.core.numerics import Floats, Ints, first_best
 
-# Beliefs take so many moves a state, on average; with fewer, questions go where the policy does.
-MOVES = 5.0
-WITHOUT_BELIEFS = 'occupancy'
 # So much of the weight is spread evenly: where the policy goes changes with the answers.
 ANYWHERE = 0.3
 
@@ -32,12 +28,6 @@ def askable(partitions: Sequence[Ints]) -> list[Ints]:
     parts = [np.flatnonzero(labels == label) for labels in partitions for label in range(labels.max() + 1)]
     single = [np.array([state]) for state in acting]
     return list({part.tobytes(): part for part in (*parts, *single)}.values())
-
-
-def in_effect(acquisition: str, visits: Ints) -> str:
-    """The acquisition that decides, where the states in which one acts have been visited so often (m,)."""
-    few = visits.sum() < MOVES * len(visits)
-    return WITHOUT_BELIEFS if acquisition in BY_WORTH and few else acquisition
 
 
 class Worth(NamedTuple):
@@ -63,21 +53,17 @@ class Known(NamedTuple):
 
     Attributes:
         taken: (n, n_actions) demonstrated actions.
-        favourite: (n,) the actions that are imitated, -1 where none is.
         greedy: (n,) the policy's actions.
-        occupancy: (n,) visits that it is expected to pay.
-        log: everything that was said.
-        held: the answers that hold.
-        advice: in the states where they stand in the place of what is imitated.
+        occupancy: (n,) discounted visits that the policy is expected to pay.
+        advice: everything that was answered.
+        imitated: what is imitated, and the answers that take its place.
     """
 
     taken: Ints
-    favourite: Ints
     greedy: Ints
     occupancy: Floats
-    log: tuple[AdviceRecord, ...]
-    held: tuple[AdviceRecord, ...]
-    advice: tuple[AdviceRecord, ...]
+    advice: AdviceState
+    imitated: Imitated
 
 
 def worth(partitions: Sequence[Ints], known: Known) -> Worth:
@@ -88,18 +74,19 @@ def worth(partitions: Sequence[Ints], known: Known) -> Worth:
         known: demonstrations, policy and answers.
     """
     acting, sets = partitions[0] >= 0, askable(partitions)
-    logs = heard(log_beliefs(known.taken), known.held)
+    logs = heard(log_beliefs(known.taken), known.advice.followed)
     visits = np.where(acting, known.occupancy, 0.0)
     visits = (1.0 - ANYWHERE) * visits / max(visits.sum(), np.finfo(float).tiny) + ANYWHERE * acting / acting.sum()
-    asked = {record.states for record in active(known.log)}
+    asked = {record.states for record in known.advice.active}
     gains = _gains(sets, logs, _standing(known), visits)
     return Worth(sets, np.where([tuple(states.tolist()) in asked for states in sets], 0.0, gains))
 
 
 def _standing(known: Known) -> Ints:
     """(n,) what is to be done as far as anyone said or showed it, and what the policy does elsewhere."""
-    current = np.where(known.favourite >= 0, known.favourite, known.greedy)
-    for state, preference in preferences(known.advice).items():
+    favourite = known.imitated.favourite
+    current = np.where(favourite >= 0, favourite, known.greedy)
+    for state, preference in known.imitated.preferences.items():
         current[state] = preference.preferred[0]
     return current
 

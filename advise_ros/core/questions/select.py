@@ -1,214 +1,171 @@
-"""SELECTQUERY of algorithm 1: which cluster is asked about next, and the query for the person."""
+"""SELECTQUERY of algorithm 1 in any process: which states are asked about next."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from functools import cached_property
 from types import ModuleType
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from advise_ros.core.advice.advice import AdviceRecord, Query, Verdict, active
 from advise_ros.core.advice.answer_beliefs import BY_WORTH
-from advise_ros.core.advice.confirmation import agreed, support, unconfirmed
-from advise_ros.core.advice.contradictions import advice_in
-from advise_ros.core.advice.imitation import imitated
+from advise_ros.core.advice.state import AdviceState, Imitated
 from advise_ros.core.demonstrations.action_counts import Counts
-from advise_ros.core.grid.grid import Grid
 from advise_ros.core.irl.reward import Inferred
 from advise_ros.core.irl.settings import LearnSettings
 from advise_ros.core.numerics import Bools, Floats, Ints
-from advise_ros.core.planning.process import Mdp, occupancy
-from advise_ros.core.questions.acquisition import Ranking, cluster_uncertainty, doubt, select, unexplained
+from advise_ros.core.planning.finite_process import FiniteProcess
+from advise_ros.core.planning.process import occupancy
+from advise_ros.core.questions.acquisition import Ranking, select
+from advise_ros.core.questions.clusters import finer_clusters
 from advise_ros.core.questions.expected_corrections import Known, Worth, worth
-from advise_ros.core.questions.grid_clusters import finer_clusters
-from advise_ros.core.questions.uncertainty import Uncertainty, sources
-from advise_ros.core.questions.wording import Asked, question
+from advise_ros.core.questions.uncertainty import Uncertainty, sources, uncertainty
 
 if TYPE_CHECKING:
     from advise_ros.core.site.belief import SiteBelief
+    from advise_ros.core.site.questions import SiteQuestion
 
 
-class Situation(NamedTuple):
-    """Everything that a question is made from."""
-
-    grid: Grid
-    settings: LearnSettings
-    mdp: Mdp
-    counts: Counts
-    demonstrated: Floats
-    inferred: Inferred
-    unsure: Uncertainty
-    clusters: Ints
-    belief: SiteBelief | None = None
-
-
-class Numbering(NamedTuple):
-    """What the session counts: the policy's version, the next query's id and the budget (-1 unlimited)."""
-
-    version: int
-    query_id: int
-    budget: int
-
-
-class Asking(NamedTuple):
-    """What is asked next.
+@dataclass(frozen=True, eq=False)
+class Situation:
+    """Where algorithm 1 stands after some answers: everything that a question is chosen by.
 
     Attributes:
-        query: the question, None when the budget is spent, no cluster is open or there is enough advice.
-        doubt_left: what the open cluster is worth that is worth most: how much the demonstrations contradict one
-            another where the policy goes, a visit [nat^2]; with the acquisitions 'gain' and 'belief' the share of the
-            policy's visits that the best question is expected to put right; with `site` the steps that its answer saves.
-        enough: it is worth less than the settings' `enough`.
+        settings: with the acquisition that is in effect.
+        counts: what was demonstrated.
+        clusters: (n,) labels, -1 for states in which no action is chosen.
+        advice: what was answered.
+        imitated: what the program learnt from.
+        inferred: the reward and the policy.
+        belief: about the site, with acquisition `site`.
     """
 
-    query: Query | None
-    doubt_left: float
-    enough: bool
+    process: FiniteProcess
+    settings: LearnSettings
+    counts: Counts
+    clusters: Ints
+    advice: AdviceState
+    imitated: Imitated
+    inferred: Inferred
+    belief: SiteBelief | None = None
+
+    @cached_property
+    def demonstrated(self) -> Floats:
+        """(n, n_actions) smoothed action distributions of the demonstrations."""
+        return self.counts.distribution(self.settings.laplace)
+
+    @cached_property
+    def uncertainty(self) -> Uncertainty:
+        """Definition 3."""
+        return uncertainty(self.demonstrated, self.inferred.probabilities, self.settings.w_p)
+
+    def visits(self) -> Floats:
+        """(n,) discounted visits that the policy is expected to pay."""
+        return occupancy(self.process.mdp, self.inferred.probabilities, self.process.start)
 
 
-def next_query(situation: Situation, log: tuple[AdviceRecord, ...], numbering: Numbering) -> Asking:
-    """SELECTQUERY, after a doubtful answer the same question again."""
-    settings, prospect = situation.settings, _prospect(situation, log)
-    if budget_left(log, numbering.budget) == 0:
-        return Asking(None, prospect.left, False)
-    again = unconfirmed(log, situation.counts.taken) if settings.confirms else None
-    if again is not None:
-        return Asking(_query(situation, np.array(again.states), log, numbering, again), prospect.left, False)
-    enough = settings.enough if situation.belief is None else _within_advise().enough_of(settings.enough)
-    if prospect.states is None or prospect.left < enough:
-        return Asking(None, prospect.left, prospect.states is not None or situation.belief is not None)
-    return Asking(_query(situation, prospect.states, log, numbering), prospect.left, False)
+class Question(NamedTuple):
+    """States (m,) to ask about, ascending; `again`: because their last answer is doubtful."""
+
+    states: Ints
+    again: bool = False
+
+
+class Selection:
+    """What to ask next, and what that is worth; each part is computed when it is first asked for.
+
+    Args:
+        situation: where the learner stands.
+        rng: for orders that draw; None: seeded by the settings and the number of answers.
+    """
+
+    def __init__(self, situation: Situation, rng: np.random.Generator | None = None) -> None:
+        self._situation = situation
+        self._rng = np.random.default_rng([situation.settings.seed, len(situation.advice.active)]) if rng is None else rng
+
+    def question(self) -> Question | None:
+        """After a doubtful answer the same states again, then the best ones that are left; None without any."""
+        doubtful = self._situation.advice.doubtful
+        if doubtful is not None:
+            return Question(np.array(doubtful.states), again=True)
+        return None if self._best is None else Question(self._best)
+
+    @property
+    def is_enough(self) -> bool:
+        """Whether nothing is left that is worth its answer, or, of a site, worth anything."""
+        if self._situation.belief is not None:
+            return self._best is None or self.worth < _within_advise().enough_of(self._situation.settings.enough)
+        return self._best is not None and self.worth < self._situation.settings.enough
+
+    @cached_property
+    def worth(self) -> float:
+        """Of the best question; the unit depends on the acquisition, see `Asking.doubt_left`."""
+        if self._situation.belief is not None:
+            return 0.0 if self._of_site is None else self._of_site.worth
+        if self._situation.settings.acquisition in BY_WORTH:
+            return self._corrections.most
+        labels, visits = self._ranking.labels, self._ranking.occupancy
+        per_cluster = float(self._ranking.doubt[self._open].max(initial=0.0))
+        return per_cluster / max(float(visits[labels >= 0].sum()), np.finfo(float).tiny)
+
+    @cached_property
+    def _best(self) -> Ints | None:
+        situation = self._situation
+        if situation.belief is not None:
+            return None if self._of_site is None else np.array(self._of_site.states)
+        if situation.settings.acquisition in BY_WORTH:
+            return self._corrections.best()
+        chosen = select(situation.settings.acquisition, self._ranking, self._open)
+        return None if chosen is None else np.flatnonzero(situation.clusters == chosen)
+
+    @cached_property
+    def _of_site(self) -> SiteQuestion | None:
+        situation = self._situation
+        if situation.belief is None or situation.process.grid is None:
+            return None
+        return _within_advise().ask(situation.process.grid, situation.belief, situation.advice, situation.settings.seed)
+
+    @cached_property
+    def _corrections(self) -> Worth:
+        """Of questions about clusters, finer ones and single states."""
+        situation = self._situation
+        partitions = [situation.clusters, *finer_clusters(situation.process, situation.counts, situation.settings)]
+        return worth(partitions, Known(
+            situation.counts.taken, situation.inferred.greedy, situation.visits(), situation.advice, situation.imitated,
+        ))
+
+    @cached_property
+    def _ranking(self) -> Ranking:
+        situation, settings = self._situation, self._situation.settings
+        return Ranking(
+            situation.clusters, situation.uncertainty.state, settings.cluster_score, situation.visits,
+            sources(situation.counts.taken, settings.laplace), self._rng,
+        )
+
+    @cached_property
+    def _open(self) -> Bools:
+        return open_clusters(self._situation.clusters, self._situation.advice.asked(len(self._situation.clusters)))
+
+
+def open_clusters(labels: Ints, asked: Bools) -> Bools:
+    """Clusters that were not asked about: less than half of the states are covered by earlier questions.
+
+    So each cluster is asked once, and again only when new demonstrations have made another of it.
+
+    Args:
+        labels: (n,) cluster of each state, -1 without one.
+        asked: (n,) states that the person was asked about.
+
+    Returns:
+        (clusters,) whether each is open.
+    """
+    members = labels >= 0
+    share = np.bincount(labels[members], weights=asked[members]) / np.bincount(labels[members])
+    return share < 0.5
 
 
 def _within_advise() -> ModuleType:
     from advise_ros.core.site import within_advise  # noqa: PLC0415 - compiled loops take half a second to import
 
     return within_advise
-
-
-class _Prospect(NamedTuple):
-    """States of the best question, None when none is open, and what it is worth."""
-
-    states: Ints | None
-    left: float
-
-
-def _prospect(situation: Situation, log: tuple[AdviceRecord, ...]) -> _Prospect:
-    if situation.belief is not None:
-        question = _within_advise().ask(situation.grid, situation.belief, log, situation.settings.seed)
-        return _Prospect(None, 0.0) if question is None else _Prospect(np.array(question.states), question.worth)
-    if situation.settings.acquisition in BY_WORTH:
-        found = _worth(situation, log)
-        return _Prospect(found.best(), found.most)
-    ranking = _ranking(situation, log)
-    candidates = open_clusters(situation.clusters, _covered(situation.grid, log))
-    chosen = select(situation.settings.acquisition, ranking, candidates)
-    states = None if chosen is None else np.flatnonzero(situation.clusters == chosen)
-    return _Prospect(states, _doubt_left(ranking, candidates))
-
-
-def _worth(situation: Situation, log: tuple[AdviceRecord, ...]) -> Worth:
-    """Of questions about clusters, finer ones and single states."""
-    counts, held = situation.counts, advice_in(log)
-    if situation.settings.confirms:
-        held = agreed(held, counts.taken)
-    partitions = [situation.clusters, *finer_clusters(situation.grid, counts, situation.settings)]
-    favourite, advice = imitated(situation.settings.acquisition, counts, held)
-    return worth(partitions, Known(
-        counts.taken, favourite, situation.inferred.greedy, _visits(situation), log, held, advice,
-    ))
-
-
-def _doubt_left(ranking: Ranking, candidates: Bools) -> float:
-    """Of the open cluster that is worth most, a visit; 0 when none is open."""
-    worth = cluster_uncertainty(ranking.labels, doubt(ranking) * ranking.occupancy, 'sum')
-    visits = float(ranking.occupancy[ranking.labels >= 0].sum())
-    return float(worth[candidates].max(initial=0.0)) / max(visits, np.finfo(float).tiny)
-
-
-def budget_left(log: tuple[AdviceRecord, ...], budget: int) -> int:
-    """Answers left, -1 unlimited; skipping costs nothing, and what is taken back is given back."""
-    spent = sum(record.verdict is Verdict.ANSWER for record in active(log))
-    return -1 if budget < 0 else max(0, budget - spent)
-
-
-def open_clusters(labels: Ints, covered: Bools) -> Bools:
-    """Clusters that were not asked about: less than half of the states are covered by earlier questions.
-
-    So each cluster is asked once, and again only when new demonstrations have made another of it.
-    """
-    members = labels >= 0
-    share = np.bincount(labels[members], weights=covered[members]) / np.bincount(labels[members])
-    return share < 0.5
-
-
-def _covered(grid: Grid, log: tuple[AdviceRecord, ...]) -> Bools:
-    """States that the person was asked about; a cluster that was MIXED or SPLIT is asked about again in parts."""
-    covered = np.zeros(grid.n_states, dtype=np.bool_)
-    for record in active(log):
-        parted = record.verdict is Verdict.SPLIT or (record.verdict is Verdict.MIXED and len(record.states) > 1)
-        if not parted:
-            covered[list(record.states)] = True
-    return covered
-
-
-def mixed(log: tuple[AdviceRecord, ...]) -> list[tuple[int, ...]]:
-    """The clusters whose states need different actions, as the person said."""
-    return [record.states for record in active(log) if record.verdict is Verdict.MIXED]
-
-
-def drawn(log: tuple[AdviceRecord, ...]) -> list[tuple[int, ...]]:
-    """The parts that the person cut off a cluster."""
-    return [record.states for record in active(log) if record.verdict is Verdict.SPLIT]
-
-
-def _ranking(situation: Situation, log: tuple[AdviceRecord, ...]) -> Ranking:
-    settings = situation.settings
-    disagreement, scarcity = sources(situation.counts.taken, settings.laplace)
-    return Ranking(
-        situation.clusters,
-        situation.unsure.state,
-        _visits(situation),
-        settings.cluster_score,
-        np.random.default_rng([settings.seed, len(active(log))]),
-        disagreement,
-        scarcity,
-        unexplained(situation.inferred.q, situation.counts.favourite(), settings.margin_cap),
-        len(advice_in(log)),
-    )
-
-
-def _visits(situation: Situation) -> Floats:
-    """(n,) that the policy is expected to pay."""
-    start = np.zeros(situation.grid.n_states)
-    start[situation.grid.start_state()] = 1.0
-    return occupancy(situation.mdp, situation.inferred.probabilities, start)
-
-
-def _query(
-    situation: Situation, states: Ints, log: tuple[AdviceRecord, ...], numbering: Numbering,
-    again: AdviceRecord | None = None,
-) -> Query:
-    advised = {state for record in advice_in(log) for state in record.states}
-    inferred, unsure, settings = situation.inferred, situation.unsure, situation.settings
-    one = np.where(np.isin(np.arange(situation.grid.n_states), states), 0, -1)
-    disagreement, scarcity = (float(part.mean()) for part in sources(situation.counts.taken[states], settings.laplace))
-    asked = Asked(
-        states, situation.counts.taken[states], inferred.greedy[states], scarcity > disagreement,
-        (again.preferred, *support(situation.counts.taken, again)) if again else None,
-    )
-    return Query(
-        query_id=numbering.query_id,
-        policy_version=numbering.version,
-        states=tuple(states.tolist()),
-        uncertainty=float(cluster_uncertainty(one, unsure.state, settings.cluster_score)[0]),
-        demonstration_uncertainty=float(unsure.demonstrations[states].mean()),
-        policy_uncertainty=float(unsure.policy[states].mean()),
-        demonstrated=tuple(situation.demonstrated[states].mean(axis=0).tolist()),
-        policy=tuple(inferred.probabilities[states].mean(axis=0).tolist()),
-        answered_before=tuple(sorted(advised.intersection(states.tolist()))),
-        budget_left=budget_left(log, numbering.budget),
-        question=question(situation.grid, asked),
-        disagreement=disagreement,
-        scarcity=scarcity,
-    )

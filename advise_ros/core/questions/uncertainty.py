@@ -7,11 +7,6 @@ from typing import NamedTuple
 import numpy as np
 
 from advise_ros.core.numerics import Floats, Ints, entropy
-from advise_ros.core.questions.acquisition import ACQUISITIONS, Ranking, cluster_uncertainty, select
-
-__all__ = [
-    'ACQUISITIONS', 'Ranking', 'Sources', 'Uncertainty', 'cluster_uncertainty', 'select', 'sources', 'uncertainty'
-]
 
 
 class Uncertainty(NamedTuple):
@@ -39,6 +34,19 @@ def uncertainty(demonstrated: Floats, policy: Floats, w_p: float) -> Uncertainty
     """Definition 3 for every state, from two (n, n_actions) distributions."""
     f, g = entropy(demonstrated), entropy(policy)
     return Uncertainty(f, g, w_p * f + (1.0 - w_p) * g)
+
+
+def cluster_uncertainty(labels: Ints, state: Floats, score: str) -> Floats:
+    """U_c of each cluster: the mean (definition 4) or the sum (algorithm 1) of U_s over its states.
+
+    Args:
+        labels: (n,) cluster of each state, -1 without one.
+        state: (n,) U_s [nat].
+        score: 'mean' or 'sum'.
+    """
+    members = labels >= 0
+    total: Floats = np.bincount(labels[members], weights=state[members]).astype(np.float64)
+    return total / np.maximum(np.bincount(labels[members]), 1) if score == 'mean' else total
 
 
 def sources(taken: Ints, laplace: float) -> Sources:

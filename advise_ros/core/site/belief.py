@@ -104,10 +104,9 @@ def believe(
         cell_price: (cells,) log odds against each cell before anything was seen [nat]; None: CELL_PRICE each.
     """
     settings = settings or SamplerSettings()
-    prices = np.full(layout.n_cells, CELL_PRICE) if cell_price is None else rounded(cell_price)
-    belief = _first(layout, moves_of(layout, taken), prices, settings, rng)
+    belief = _first(layout, moves_of(layout, taken), _prices(layout, cell_price), settings, rng)
     for answer in answers:
-        belief = tell(layout, belief, answer, rng, settings, prices)
+        belief = tell(layout, belief, answer, rng, settings, cell_price)
     return belief
 
 
@@ -116,13 +115,17 @@ def tell(
     settings: SamplerSettings | None = None, cell_price: Floats | None = None,
 ) -> SiteBelief:
     """The belief after one more answer; arguments as of `believe`."""
-    settings = settings or SamplerSettings()
-    prices = np.full(layout.n_cells, CELL_PRICE) if cell_price is None else rounded(cell_price)
+    settings, prices = settings or SamplerSettings(), _prices(layout, cell_price)
     answers = (*belief.answers, answer)
     again = tuple(
         _drawn(layout, belief.flights, one.pilot, answers, prices, settings, rng, one.draws) for one in belief.pilots
     )
     return _weighed(again, belief.flights, answers, settings, drop=True)
+
+
+def _prices(layout: Layout, cell_price: Floats | None) -> Floats:
+    """(cells,) log odds against each cell."""
+    return np.full(layout.n_cells, CELL_PRICE) if cell_price is None else rounded(cell_price)
 
 
 def _first(layout: Layout, flights: Moves, prices: Floats, settings: SamplerSettings, rng: np.random.Generator) -> SiteBelief:

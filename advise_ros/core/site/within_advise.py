@@ -11,8 +11,8 @@ from functools import lru_cache
 
 import numpy as np
 
-from advise_ros.core.advice.advice import AdviceRecord, Verdict, active
-from advise_ros.core.advice.imitation import Imitated
+from advise_ros.core.advice.advice import AdviceRecord, Verdict
+from advise_ros.core.advice.state import AdviceState, Imitated, advice_state
 from advise_ros.core.demonstrations.action_counts import Counts
 from advise_ros.core.grid.grid import Grid
 from advise_ros.core.numerics import Ints
@@ -22,16 +22,16 @@ from advise_ros.core.site.plan import plan
 from advise_ros.core.site.questions import ENOUGH, SiteQuestion, next_question
 
 
-def belief_of(grid: Grid, counts: Counts, log: tuple[AdviceRecord, ...], seed: int) -> SiteBelief:
+def belief_of(grid: Grid, counts: Counts, advice: AdviceState, seed: int) -> SiteBelief:
     """What flights and the answers that hold say of the site; a function of these alone.
 
     Args:
         grid: the site and the route.
         counts: what was flown.
-        log: the advice log.
+        advice: what was answered.
         seed: of every random choice.
     """
-    return _remembered(grid, counts.taken.astype(np.int64).tobytes(), _answers(log), seed)
+    return _remembered(grid, counts.taken.astype(np.int64).tobytes(), _answers(advice), seed)
 
 
 @lru_cache(maxsize=16)
@@ -43,16 +43,16 @@ def _remembered(grid: Grid, taken: bytes, answers: tuple[SiteAnswer, ...], seed:
     return tell(layout, _remembered(grid, taken, answers[:-1], seed), answers[-1], rng)
 
 
-def _answers(log: tuple[AdviceRecord, ...]) -> tuple[SiteAnswer, ...]:
+def _answers(advice: AdviceState) -> tuple[SiteAnswer, ...]:
     """Those that name directions, and those that say of one state that all are right."""
     return tuple(
         SiteAnswer(record.states, record.preferred, record.avoided)
-        for record in active(log)
+        for record in advice.active
         if record.verdict is Verdict.ANSWER or (record.verdict is Verdict.MIXED and len(record.states) == 1)
     )
 
 
-def imitate(grid: Grid, belief: SiteBelief, held: tuple[AdviceRecord, ...]) -> Imitated:
+def imitate(grid: Grid, belief: SiteBelief, advice: AdviceState) -> Imitated:
     """The believed action of every state, and the advice where the belief bears it out.
 
     An answer that all else speaks against is outvoted in the belief already; a row of the program would bring it back.
@@ -60,7 +60,7 @@ def imitate(grid: Grid, belief: SiteBelief, held: tuple[AdviceRecord, ...]) -> I
     layout = layout_of(grid)
     way = plan(layout, belief.keep_out)
     favourite = np.where((layout.acting > 0) & (way.best > 0), way.greedy, -1)
-    kept = (_borne_out(record, favourite) for record in held)
+    kept = (_borne_out(record, favourite) for record in advice.followed)
     return Imitated(favourite, tuple(record for record in kept if record.states))
 
 
@@ -68,13 +68,13 @@ def _borne_out(record: AdviceRecord, favourite: Ints) -> AdviceRecord:
     return replace(record, states=tuple(state for state in record.states if favourite[state] in record.preferred))
 
 
-def ask(grid: Grid, belief: SiteBelief, log: tuple[AdviceRecord, ...], seed: int) -> SiteQuestion | None:
+def ask(grid: Grid, belief: SiteBelief, advice: AdviceState, seed: int) -> SiteQuestion | None:
     """The question that is worth most, but for those that the person did not want to answer."""
     unwanted = frozenset(
-        record.states for record in active(log)
+        record.states for record in advice.active
         if record.verdict in (Verdict.SKIP, Verdict.UNSURE) or (record.verdict is Verdict.MIXED and len(record.states) > 1)
     )
-    rng = np.random.default_rng([seed, len(log), 1])
+    rng = np.random.default_rng([seed, len(advice.log), 1])
     return next_question(layout_of(grid), belief, rng, unwanted)
 
 
@@ -86,6 +86,7 @@ def enough_of(setting: float) -> float:
 def compile_loops(grid: Grid) -> None:
     """Use every compiled loop once, on any small grid, so that its machine code is kept on disk."""
     counts = Counts(np.ones((grid.n_states, 4), dtype=np.int64))
-    belief = belief_of(grid, counts, (), 0)
-    ask(grid, belief, (), 0)
-    imitate(grid, tell(layout_of(grid), belief, SiteAnswer((0,), (0,), (2,)), np.random.default_rng(0)), ())
+    nothing = advice_state(())
+    belief = belief_of(grid, counts, nothing, 0)
+    ask(grid, belief, nothing, 0)
+    imitate(grid, tell(layout_of(grid), belief, SiteAnswer((0,), (0,), (2,)), np.random.default_rng(0)), nothing)

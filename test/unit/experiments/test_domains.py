@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from advise_ros.core.advice.advice import Verdict
 from advise_ros.core.errors import InputError
+from advise_ros.core.people.simulated_demonstrator import Demonstrator, behaviour, demonstrate_task, draw_mistakes
+from advise_ros.core.people.simulated_expert import Expert, reply
 from advise_ros.domains import DOMAINS, find
 from advise_ros.domains.domain import Domain, split_ties
-from advise_ros.domains.people import Demonstrator, Expert, advise, behaviour, demonstrate, draw_mistakes
 
 SIZES = {'wumpus': (25, 4), 'sailing': (50, 3), 'traffic': (256, 16), 'drone': (100, 4)}
 
@@ -70,7 +73,7 @@ def test_ties_are_divided() -> None:
 def test_a_demonstrator_errs_in_kinds_of_states_and_the_same_way_in_each(domain: Domain) -> None:
     person = Demonstrator(10, 5, mistake_share=0.25)
     for seed in range(20):
-        wrong = draw_mistakes(domain, person, np.random.default_rng(seed)).action
+        wrong = draw_mistakes(domain, person, np.random.default_rng(seed))
         states = np.flatnonzero(wrong >= 0)
         assert len(states) == pytest.approx(0.25 * len(domain.acting), abs=2)
         assert not domain.optimal[states, wrong[states]].any()
@@ -81,13 +84,13 @@ def test_a_demonstrator_errs_in_kinds_of_states_and_the_same_way_in_each(domain:
 def test_the_largest_kind_comes_first_when_asked_for() -> None:
     junction = find('traffic')
     person = Demonstrator(10, 5, kinds='largest', mistake_share=0.2)
-    wrong = draw_mistakes(junction, person, np.random.default_rng(1)).action
+    wrong = draw_mistakes(junction, person, np.random.default_rng(1))
     assert set(junction.habit[wrong >= 0]) == {np.bincount(junction.habit).argmax()}
 
 
 def test_without_habits_the_same_share_of_the_states_has_mistakes_of_many_kinds() -> None:
     domain = find('sailing')
-    wrong = draw_mistakes(domain, Demonstrator(10, 5, kinds='each'), np.random.default_rng(1)).action
+    wrong = draw_mistakes(domain, Demonstrator(10, 5, kinds='each'), np.random.default_rng(1))
     mistaken = np.flatnonzero(wrong >= 0)
     assert len(mistaken) == round(0.25 * len(domain.acting))
     assert not domain.optimal[mistaken, wrong[mistaken]].any()
@@ -96,7 +99,7 @@ def test_without_habits_the_same_share_of_the_states_has_mistakes_of_many_kinds(
 
 def test_demonstrations_are_as_noisy_as_said(domain: Domain) -> None:
     person = Demonstrator(20_000, 5, mistake_share=0.25, mistake_rate=0.75, noise_rate=0.1)
-    counts = demonstrate(domain, person, np.random.default_rng(3))
+    counts = demonstrate_task(domain, person, np.random.default_rng(3))
     shares = behaviour(domain, person, draw_mistakes(domain, person, np.random.default_rng(3)))
     expected = counts.visits[:, None] * shares
     assert np.abs(counts.taken - expected).sum() < 0.1 * counts.taken.sum()
@@ -105,7 +108,7 @@ def test_demonstrations_are_as_noisy_as_said(domain: Domain) -> None:
 
 def test_the_same_seed_gives_the_same_demonstrations(domain: Domain) -> None:
     one, other, third = (
-        demonstrate(domain, Demonstrator(20, 5), np.random.default_rng(seed)).taken for seed in (1, 1, 2)
+        demonstrate_task(domain, Demonstrator(20, 5), np.random.default_rng(seed)).taken for seed in (1, 1, 2)
     )
     assert np.array_equal(one, other)
     assert not np.array_equal(one, third)
@@ -113,7 +116,7 @@ def test_the_same_seed_gives_the_same_demonstrations(domain: Domain) -> None:
 
 def test_starts_are_those_of_the_task_unless_uniform() -> None:
     room = find('drone')
-    counts = demonstrate(room, Demonstrator(50, 1, restarts='start'), np.random.default_rng(0))
+    counts = demonstrate_task(room, Demonstrator(50, 1, restarts='start'), np.random.default_rng(0))
     assert np.flatnonzero(counts.visits).tolist() == np.flatnonzero(room.start).tolist()
 
 
@@ -121,21 +124,25 @@ def test_starts_are_those_of_the_task_unless_uniform() -> None:
 CLUSTER = np.array([[True, False, False, False], [True, False, False, False], [False, True, False, False]])
 
 
+PAPERS = Expert(prefer='plurality')
+
+
 def test_an_expert_prefers_the_plurality_and_avoids_what_is_never_right() -> None:
-    assert advise(Expert(), CLUSTER, np.random.default_rng(0)) == ((0,), (2, 3))
-    assert advise(Expert(avoid='all_others'), CLUSTER, np.random.default_rng(0)) == ((0,), (1, 2, 3))
+    rng = np.random.default_rng(0)
+    assert reply(PAPERS, CLUSTER, rng) == (Verdict.ANSWER, (0,), (2, 3))
+    assert reply(replace(PAPERS, avoid='all_others'), CLUSTER, rng) == (Verdict.ANSWER, (0,), (1, 2, 3))
 
 
 def test_an_expert_errs_and_skips_as_often_as_said() -> None:
     rng = np.random.default_rng(0)
-    answers = [advise(Expert(error_rate=0.2, skip_rate=0.5), CLUSTER, rng) for _ in range(4000)]
-    given = [answer for answer in answers if answer is not None]
+    replies = [reply(replace(PAPERS, error_rate=0.2, skip_rate=0.5), CLUSTER, rng) for _ in range(4000)]
+    given = [said for said in replies if said.verdict is Verdict.ANSWER]
     assert len(given) / 4000 == pytest.approx(0.5, abs=0.03)
-    assert sum(answer.preferred != (0,) for answer in given) / len(given) == pytest.approx(0.2, abs=0.03)
+    assert sum(said.preferred != (0,) for said in given) / len(given) == pytest.approx(0.2, abs=0.03)
 
 
 def test_nothing_is_said_where_every_action_is_right() -> None:
-    assert advise(Expert(), np.ones((2, 4), dtype=np.bool_), np.random.default_rng(0)) is None
+    assert reply(PAPERS, np.ones((2, 4), dtype=np.bool_), np.random.default_rng(0)) == (Verdict.MIXED, (), ())
 
 
 # -- one's own process -------------------------------------------------------------------------------

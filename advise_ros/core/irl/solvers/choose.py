@@ -49,7 +49,6 @@ def _interior_cholmod(problem: Problem, gap: float) -> Solution:
 SOLVERS: dict[str, Callable[[Problem, float], Solution]] = {
     'highs': _highs,
     'piqp': packaged.piqp,
-    'qoco': packaged.qoco,
     'clarabel': packaged.clarabel,
     'interior': _interior,
     'interior-cholmod': _interior_cholmod,

@@ -1,6 +1,6 @@
-"""The program by general interior-point solvers from packages: PIQP, QOCO and Clarabel.
+"""The program by general interior-point solvers from packages: PIQP and Clarabel.
 
-They are imported when first asked for, so that none of them is needed where it is not used.
+They are imported when first asked for, so that neither is needed where it is not used.
 """
 
 from __future__ import annotations
@@ -78,27 +78,6 @@ def clarabel(problem: Problem, _: float) -> Solution:
     return _checked(
         problem, Ended(np.array(ended.x), np.concatenate([-z[:n], z[n:]]), str(ended.status)), 'clarabel'
     )
-
-
-def qoco(problem: Problem, _: float) -> Solution:
-    """An optimum by QOCO.
-
-    Raises:
-        InputError: the package is missing, or the advice is strict: it does not tell that a program has no solution.
-        AdviseError: as `piqp`.
-    """
-    if problem.terms.strict and len(problem.advised):
-        raise InputError("solver 'qoco' needs elastic advice; set slack_cost above 0 or use solver 'highs'")
-    program, n = write(problem), problem.mdp.n_states
-    solver = _package('qoco').QOCO()
-    rows, right, n_rows = _conic(program, n)
-    solver.setup(
-        len(program.cost), len(right) - n, n, None, program.cost, rows[:n], right[:n], rows[n:], right[n:],
-        len(right) - n, 0, None, abstol=TOLERANCE, reltol=TOLERANCE, verbose=0,
-    )
-    ended = solver.solve()
-    multipliers = np.concatenate([-np.array(ended.y), np.array(ended.z)[: n_rows - n]])
-    return _checked(problem, Ended(np.array(ended.x), multipliers, str(ended.status)), 'qoco')
 
 
 def _package(name: str) -> Any:

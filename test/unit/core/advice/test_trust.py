@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from advise_ros.core.advice.advice import Verdict
-from advise_ros.core.advice.confirmation import agreed, doubtful, unconfirmed
-from advise_ros.core.advice.contradictions import advice_in
+from advise_ros.core.advice.state import advice_state, agreed, doubtful
 from advise_ros.core.learning.learner import LearnSettings, learn
 from support.learning import CORRIDOR, EAST, NORTH, WEST, answer, demonstration, learn_now, ready, record
 
@@ -27,12 +26,12 @@ def test_what_was_hardly_ever_flown_in_many_moves_is_doubtful(
 
 
 def test_a_doubtful_answer_is_asked_for_once_more_and_only_once() -> None:
-    assert unconfirmed((RIGHT,), TAKEN) is None
-    assert unconfirmed((WRONG,), TAKEN) == WRONG
-    assert unconfirmed((WRONG, WRONG_AGAIN), TAKEN) is None
+    assert advice_state((RIGHT,), TAKEN).doubtful is None
+    assert advice_state((WRONG,), TAKEN).doubtful == WRONG
+    assert advice_state((WRONG, WRONG_AGAIN), TAKEN).doubtful is None
     skipped = record(3, (0, 1), (), (), verdict=Verdict.SKIP)
-    assert unconfirmed((WRONG, skipped), TAKEN) is None
-    assert unconfirmed((WRONG, record(2, (0, 1), (WEST,), (EAST,), retracted=True)), TAKEN) is None
+    assert advice_state((WRONG, skipped), TAKEN).doubtful is None
+    assert advice_state((WRONG, record(2, (0, 1), (WEST,), (EAST,), retracted=True)), TAKEN).doubtful is None
 
 
 def test_what_is_said_twice_holds_and_of_two_answers_the_one_that_was_flown() -> None:
@@ -83,7 +82,7 @@ def test_enough_advice_ends_the_questions_and_is_told() -> None:
         left = learn_now(asking)
     assert left.doubt_left == 0.0
     assert not left.enough_advice
-    assert len(advice_in(asking.log)) >= 6
+    assert len(asking.advice.answers) >= 6
 
 
 def test_answers_may_come_one_after_the_other() -> None:

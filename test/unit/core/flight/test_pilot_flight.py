@@ -13,7 +13,7 @@ from advise_ros.core.flight.pilot_flight import PilotFlight
 from advise_ros.core.flight.velocity_law import SeekSettings
 from advise_ros.core.grid.cell_tracker import CellTracker
 from advise_ros.core.grid.grid import Action, Grid
-from advise_ros.core.people.simulated_pilot import Demonstrator
+from advise_ros.core.people.simulated_pilot import SimulatedPilot
 from support.policies import best, square
 from support.vehicle import LazyVehicle, fly
 
@@ -48,7 +48,7 @@ def logged(choose: Callable[[int], int]) -> tuple[Callable[[int], int], list[tup
 @pytest.mark.parametrize(('speed_m_s', 'delay_s'), [(1.2, 0.02), (1.2, 0.6), (2.0, 0.3)])
 def test_a_recorder_sees_exactly_the_moves_that_were_chosen(speed_m_s: float, delay_s: float) -> None:
     grid = square(4)
-    choose, chosen = logged(Demonstrator(grid, 0.4, 0.2, np.random.default_rng(4)).action)
+    choose, chosen = logged(SimulatedPilot(grid, 0.4, 0.2, np.random.default_rng(4)).action)
     flight = PilotFlight(grid, choose, replace(SETTINGS, speed_m_s=speed_m_s), 400)
     states = flown(flight, grid, LazyVehicle([0.0, 0.0, 3.0]), delay_s)
     assert states == [*(state for state, _ in chosen), grid.goal_state]

@@ -7,12 +7,12 @@ import pytest
 from scipy import sparse
 
 from advise_ros.core.advice.advice import AdviceRecord
-from advise_ros.core.advice.contradictions import preferences, reversed_pair
+from advise_ros.core.advice.state import Imitated, preferences, reversed_pair
 from advise_ros.core.errors import InputError
 from advise_ros.core.irl import conflicts
 from advise_ros.core.irl.conflicts import conflicting
 from advise_ros.core.irl.program import Evidence, Problem, pose
-from advise_ros.core.irl.reward import infer
+from advise_ros.core.irl.reward import infer, solver_by_name
 from advise_ros.core.irl.settings import LearnSettings, Terms
 from advise_ros.core.planning.process import Mdp
 from support.learning import record
@@ -60,14 +60,14 @@ def test_where_it_costs_too_much_only_opposed_answers_are_named(ring: Mdp, monke
 
 def test_learning_goes_on_with_the_elastic_optimum(ring: Mdp) -> None:
     """Round a circle the three margins sum to 0, so the least slack of all together is three times delta."""
-    inferred = infer(ring, NOTHING, CIRCLE, LearnSettings(margin_cap=0.0))
+    inferred = infer(ring, Imitated(NOTHING, CIRCLE), LearnSettings(margin_cap=0.0), solver_by_name('auto'))
     assert inferred.contradictions == (1, 2, 3)
-    assert inferred.objective == pytest.approx(-3 * 0.1 * 1000.0)
+    assert inferred.solution.objective == pytest.approx(-3 * 0.1 * 1000.0)
 
 
 def test_strict_advice_names_them_as_it_refuses(ring: Mdp) -> None:
     with pytest.raises(InputError, match='answers 1 and 2 and 3 cannot hold together'):
-        infer(ring, NOTHING, CIRCLE, LearnSettings(slack_cost=0.0))
+        infer(ring, Imitated(NOTHING, CIRCLE), LearnSettings(slack_cost=0.0), solver_by_name('auto'))
 
 
 def test_a_chain_of_wishes_can_hold_where_only_reversed_pairs_oppose(ring: Mdp) -> None:

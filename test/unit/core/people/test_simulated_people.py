@@ -11,7 +11,7 @@ from advise_ros.core.errors import InputError
 from advise_ros.core.grid.grid import Grid
 from advise_ros.core.learning.learner import LearnSettings
 from advise_ros.core.people.simulated_expert import SimulatedExpert
-from advise_ros.core.people.simulated_pilot import Demonstrator, demonstrate
+from advise_ros.core.people.simulated_pilot import SimulatedPilot, demonstrate
 from advise_ros.core.people.trial import TrialSettings, run_trial
 from advise_ros.core.planning.process import occurring
 from advise_ros.core.planning.routes import optimal_table
@@ -24,8 +24,8 @@ ACTING = np.setdiff1d(np.flatnonzero(occurring(ROUND_TRIP)), CORNERS)
 WALLED = Grid(1.0, 3, 3, (0.0, 0.0), 2.0, (2, 6), (4,))
 
 
-def _pilot(noise_rate: float, mistake_share: float, seed: int = 0, grid: Grid = ROUND_TRIP) -> Demonstrator:
-    return Demonstrator(grid, noise_rate, mistake_share, np.random.default_rng(seed))
+def _pilot(noise_rate: float, mistake_share: float, seed: int = 0, grid: Grid = ROUND_TRIP) -> SimulatedPilot:
+    return SimulatedPilot(grid, noise_rate, mistake_share, np.random.default_rng(seed))
 
 
 def _query(states: tuple[int, ...]) -> Query:

@@ -9,13 +9,14 @@ import pytest
 
 from advise_ros.core.advice.advice import AdviceRecord, Verdict
 from advise_ros.core.advice.answer_beliefs import common, heard
-from advise_ros.core.advice.confirmation import narrowed
 from advise_ros.core.advice.error_model import log_beliefs, shares
+from advise_ros.core.advice.state import Imitated, advice_state, narrowed
 from advise_ros.core.demonstrations.action_counts import Counts
+from advise_ros.core.learning.algorithm import MOVES, in_effect
 from advise_ros.core.learning.learner import LearnSettings, learn
 from advise_ros.core.learning.session import Session
 from advise_ros.core.numerics import Ints
-from advise_ros.core.questions.expected_corrections import MOVES, Known, in_effect, worth
+from advise_ros.core.questions.expected_corrections import Known, worth
 from support.learning import EAST, NORTH, ROUND_TRIP, SOUTH, WEST, answer, flights, learn_now, record
 
 # Two states flown east, two flown north again and again but east now and then, one flown north.
@@ -39,7 +40,7 @@ def often(settings: LearnSettings) -> Session:
 def _known(*answers: AdviceRecord, taken: Ints = TAKEN) -> Known:
     favourite = Counts(taken).favourite()
     greedy, visits = np.zeros(len(taken), dtype=np.int64), np.ones(len(taken))
-    return Known(taken, favourite, greedy, visits, answers, answers, narrowed(answers))
+    return Known(taken, greedy, visits, advice_state(answers), Imitated(favourite, narrowed(answers)))
 
 
 def test_who_hardly_slips_is_believed_and_who_contradicts_himself_is_not() -> None:
@@ -76,7 +77,7 @@ def test_nothing_is_left_when_each_state_was_asked_about() -> None:
 
 def test_a_skipped_question_is_not_asked_again() -> None:
     skipped = record(1, (2, 3), (), (), verdict=Verdict.SKIP)
-    known = _known()._replace(log=(skipped,))
+    known = _known()._replace(advice=advice_state((skipped,)))
     best = worth([CLUSTERS], known).best()
     assert best is not None
     assert best.tolist() != [2, 3]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from advise_ros.core.questions.wording import Asked, question
+from advise_ros.core.questions.query import Asked, question
 from support.learning import EAST, NORTH, ROUND_TRIP, WEST
 
 

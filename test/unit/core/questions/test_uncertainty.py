@@ -5,19 +5,24 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from advise_ros.core.numerics import entropy
-from advise_ros.core.questions.acquisition import ACQUISITIONS, Ranking, cluster_uncertainty, select, unexplained
-from advise_ros.core.questions.uncertainty import uncertainty
+from advise_ros.core.numerics import Floats, entropy
+from advise_ros.core.questions.acquisition import ACQUISITIONS, Ranking, select
+from advise_ros.core.questions.uncertainty import Sources, cluster_uncertainty, uncertainty
 
 LABELS = np.array([0, 0, 1, 1, 1, -1])
 STATE = np.array([0.5, 0.5, 0.4, 0.4, 0.4, 9.0])
 
 
 def _ranking(occupancy: tuple[float, ...] = (1.0,) * 6, score: str = 'mean', seed: int = 0) -> Ranking:
-    return Ranking(
-        LABELS, STATE, np.array(occupancy), score, np.random.default_rng(seed),
-        disagreement=STATE, scarcity=STATE, unexplained=STATE,
-    )
+    sources = Sources(STATE, STATE)
+    return Ranking(LABELS, STATE, score, lambda: np.array(occupancy), sources, np.random.default_rng(seed))
+
+
+def _disagreeing(labels: list[int], state: list[float], sources: Sources, occupancy: list[float]) -> Ranking:
+    def visits() -> Floats:
+        return np.array(occupancy)
+
+    return Ranking(np.array(labels), np.array(state), 'mean', visits, sources, np.random.default_rng(0))
 
 
 def test_entropy_of_certainty_and_of_a_fair_die() -> None:
@@ -57,28 +62,24 @@ def test_closed_clusters_are_not_asked(acquisition: str) -> None:
 
 
 def test_equal_clusters_are_asked_in_their_order_despite_rounding() -> None:
-    ranking = Ranking(np.array([0, 1]), np.array([0.5, 0.5 + 1e-9]), np.ones(2), 'mean', np.random.default_rng(0))
-    assert select('paper', ranking, np.array([True, True])) == 0
+    nothing = Sources(np.zeros(2), np.zeros(2))
+    assert select('paper', _disagreeing([0, 1], [0.5, 0.5 + 1e-9], nothing, [1.0] * 2), np.array([True, True])) == 0
 
 
 def test_a_disagreement_outweighs_scarcity_and_small_disagreements() -> None:
-    labels = np.array([0, 0, 1, 1, 2])
-    ranking = Ranking(
-        labels, np.ones(5), np.ones(5), 'mean', np.random.default_rng(0),
-        disagreement=np.array([0.3, 0.3, 0.0, 0.0, 0.5]), scarcity=np.array([0.1, 0.1, 1.3, 1.3, 0.1]),
-    )
-    assert select('disagreement', ranking, np.array([True, True, True])) == 2
-    assert select('disagreement', ranking._replace(occupancy=np.array([1.0, 1, 1, 1, 0])), np.array([True] * 3)) == 0
+    labels, sources = [0, 0, 1, 1, 2], Sources(np.array([0.3, 0.3, 0.0, 0.0, 0.5]), np.array([0.1, 0.1, 1.3, 1.3, 0.1]))
+    everywhere, not_there = (_disagreeing(labels, [1.0] * 5, sources, [1.0] * 4 + [last]) for last in (1.0, 0.0))
+    assert select('disagreement', everywhere, np.array([True] * 3)) == 2
+    assert select('disagreement', not_there, np.array([True] * 3)) == 0
 
 
-def test_the_mixed_schedule_begins_by_visits_and_ends_by_the_papers_score() -> None:
-    ranking = _ranking((0.1, 0.1, 1.0, 1.0, 1.0, 5.0))
-    assert [select('mixed', ranking._replace(asked=asked), np.array([True, True])) for asked in (0, 2, 3, 9)] == [1, 1, 0, 0]
+@pytest.mark.parametrize('acquisition', ['paper', 'random'])
+def test_an_order_that_does_not_look_at_the_policy_does_not_wait_for_its_visits(acquisition: str) -> None:
+    def unwanted() -> Floats:
+        raise AssertionError('the visits were computed')
 
-
-def test_what_the_reward_does_not_explain() -> None:
-    q = np.array([[1.0, 0.9, 0.0], [1.0, 0.5, 0.0], [0.2, 0.8, 0.0], [0.0, 0.0, 0.0]])
-    assert unexplained(q, np.array([0, 0, 0, -1]), 0.2) == pytest.approx([0.1, 0.0, 0.8, 0.2])
+    ranking = Ranking(LABELS, STATE, 'mean', unwanted, Sources(STATE, STATE), np.random.default_rng(0))
+    assert select(acquisition, ranking, np.array([True, True])) in (0, 1)
 
 
 def test_random_order_is_seeded_and_varies() -> None:

@@ -9,7 +9,7 @@ import pytest
 from scipy import sparse
 
 from advise_ros.core.advice.advice import Preference
-from advise_ros.core.advice.contradictions import preferences
+from advise_ros.core.advice.state import preferences
 from advise_ros.core.errors import AdviseError, InputError
 from advise_ros.core.grid.grid import Grid
 from advise_ros.core.irl.certificate import certified
@@ -117,7 +117,7 @@ def test_where_one_solver_proves_nothing_the_next_is_asked(monkeypatch: pytest.M
 
 def test_what_cannot_be_asked_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     strict = problem_of(terms=Terms(slack_cost=0.0))
-    for name in ('interior', 'interior-cholmod', 'qoco'):
+    for name in ('interior', 'interior-cholmod'):
         with pytest.raises(InputError, match=f"'{name}' needs elastic advice; set slack_cost above 0 or use solver 'highs'"):
             solve(strict, name)
     with pytest.raises(InputError, match="solver 'abacus' is unknown; choose auto, highs, piqp"):

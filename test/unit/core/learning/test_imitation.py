@@ -5,46 +5,48 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from advise_ros.core.advice.imitation import imitated
+from advise_ros.core.advice.state import advice_state
 from advise_ros.core.demonstrations.action_counts import Counts
+from advise_ros.core.learning.algorithm import imitated
 from advise_ros.core.learning.learner import LearnSettings, learn
 from support.learning import EAST, NORTH, ROUND_TRIP, SOUTH, WEST, flights, record
 
 # Three states flown east with few slips; two flown north again and again but east now and then; one never visited.
 COUNTS = Counts(np.array([[0, 20, 1, 0], [1, 19, 0, 0], [0, 22, 0, 1], [14, 6, 0, 0], [28, 12, 0, 0], [0, 0, 0, 0]]))
 SLIP, MISTAKE, UNKNOWN = 0, 3, 5
+NOTHING = advice_state(())
 
 
 def test_what_is_believed_is_imitated_instead_of_a_mistake_that_is_made_again_and_again() -> None:
     for name in ('gain', 'paper', 'occupancy'):
-        assert imitated(name, COUNTS, ()).favourite.tolist() == [EAST, EAST, EAST, NORTH, NORTH, -1]
-    assert imitated('belief', COUNTS, ()).favourite.tolist() == [EAST] * 5 + [-1]
+        assert imitated(name, COUNTS, NOTHING).favourite.tolist() == [EAST, EAST, EAST, NORTH, NORTH, -1]
+    assert imitated('belief', COUNTS, NOTHING).favourite.tolist() == [EAST] * 5 + [-1]
 
 
 def test_an_answer_that_is_believed_goes_into_what_is_imitated_and_stands_where_nobody_was() -> None:
-    favourite, advice = imitated('belief', COUNTS, (record(1, (SLIP, MISTAKE, UNKNOWN), (EAST,), (WEST,)),))
-    assert favourite.tolist() == [EAST] * 5 + [-1]
-    assert [one.states for one in advice] == [(UNKNOWN,)]
+    found = imitated('belief', COUNTS, advice_state((record(1, (SLIP, MISTAKE, UNKNOWN), (EAST,), (WEST,)),)))
+    assert found.favourite.tolist() == [EAST] * 5 + [-1]
+    assert [one.states for one in found.advice] == [(UNKNOWN,)]
 
 
 def test_an_answer_about_many_states_is_not_followed_where_their_moves_refute_it() -> None:
     mostly_north = Counts(np.vstack([np.tile([20, 0, 1, 0], (6, 1)), [[0, 40, 0, 0], [12, 28, 0, 0]]]))
-    favourite, advice = imitated('belief', mostly_north, (record(1, tuple(range(7)), (NORTH,), (SOUTH,)),))
-    assert favourite.tolist() == [NORTH] * 6 + [EAST, NORTH]
-    assert advice == ()
+    found = imitated('belief', mostly_north, advice_state((record(1, tuple(range(7)), (NORTH,), (SOUTH,)),)))
+    assert found.favourite.tolist() == [NORTH] * 6 + [EAST, NORTH]
+    assert found.advice == ()
 
 
 def test_an_answer_about_one_state_alone_stands_whatever_was_flown_there() -> None:
     together, alone = record(1, (SLIP, 1, 2), (EAST,), (NORTH,)), record(2, (SLIP,), (SOUTH,), (EAST,))
-    advice = imitated('belief', COUNTS, (together, alone)).advice
+    advice = imitated('belief', COUNTS, advice_state((together, alone))).advice
     assert [(one.states, one.preferred) for one in advice] == [((SLIP,), (SOUTH,))]
 
 
 def test_without_evidence_of_mistakes_the_most_frequent_action_is_imitated() -> None:
     with_slips = Counts(np.array([[30, 4, 3, 3], [3, 31, 4, 2], [2, 3, 3, 32], [5, 28, 4, 3]]))
-    assert imitated('belief', with_slips, ()).favourite.tolist() == [NORTH, EAST, WEST, EAST]
+    assert imitated('belief', with_slips, NOTHING).favourite.tolist() == [NORTH, EAST, WEST, EAST]
     mostly_wrong = Counts(np.array([*[[14, 6, 0, 0]] * 6, *[[0, 40, 0, 0]] * 3]))
-    assert imitated('belief', mostly_wrong, ()).favourite.tolist() == [NORTH] * 6 + [EAST] * 3
+    assert imitated('belief', mostly_wrong, NOTHING).favourite.tolist() == [NORTH] * 6 + [EAST] * 3
 
 
 @pytest.mark.parametrize(('number', 'same'), [(2, True), (16, False)])

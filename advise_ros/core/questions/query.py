@@ -1,0 +1,159 @@
+"""The question that was selected on the drone's grid, as the person gets it: a query with one or two plain sentences."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from advise_ros.core.advice.advice import Query
+from advise_ros.core.advice.state import support
+from advise_ros.core.grid.grid import N_ACTIONS, Action, Grid
+from advise_ros.core.numerics import Ints
+from advise_ros.core.questions.select import Question, Selection, Situation
+from advise_ros.core.questions.uncertainty import cluster_uncertainty, sources
+
+
+class Numbering(NamedTuple):
+    """What the session counts: the policy's version, the next query's id and the budget (-1 unlimited)."""
+
+    version: int
+    query_id: int
+    budget: int
+
+
+class Asking(NamedTuple):
+    """What is asked next.
+
+    Attributes:
+        query: the question, None when the budget is spent, no cluster is open or there is enough advice.
+        doubt_left: what the open cluster is worth that is worth most: how much the demonstrations contradict one
+            another where the policy goes, a visit [nat^2]; with the acquisitions 'gain' and 'belief' the share of the
+            policy's visits that the best question is expected to correct; with `site` the steps that its answer saves.
+        enough: it is worth less than the settings' `enough`.
+    """
+
+    query: Query | None
+    doubt_left: float
+    enough: bool
+
+
+def next_query(grid: Grid, situation: Situation, numbering: Numbering) -> Asking:
+    """SELECTQUERY, unless the budget is spent or there is enough advice.
+
+    Args:
+        grid: of the situation's process.
+        situation: where the learner stands.
+        numbering: of the query.
+    """
+    selection, spent = Selection(situation), situation.advice.budget_left(numbering.budget) == 0
+    if not spent and situation.advice.doubtful is None and selection.is_enough:
+        return Asking(None, selection.worth, True)
+    chosen = None if spent else selection.question()
+    return Asking(None if chosen is None else _query(grid, situation, chosen, numbering), selection.worth, False)
+
+
+def _query(grid: Grid, situation: Situation, chosen: Question, numbering: Numbering) -> Query:
+    states, inferred, unsure, settings = chosen.states, situation.inferred, situation.uncertainty, situation.settings
+    only = np.where(np.isin(np.arange(grid.n_states), states), 0, -1)
+    taken = situation.counts.taken
+    disagreement, scarcity = (float(part.mean()) for part in sources(taken[states], settings.laplace))
+    doubtful = situation.advice.doubtful if chosen.again else None
+    asked = Asked(
+        states, taken[states], inferred.greedy[states], scarcity > disagreement,
+        (doubtful.preferred, *support(taken, doubtful)) if doubtful else None,
+    )
+    return Query(
+        query_id=numbering.query_id,
+        policy_version=numbering.version,
+        states=tuple(states.tolist()),
+        uncertainty=float(cluster_uncertainty(only, unsure.state, settings.cluster_score)[0]),
+        demonstration_uncertainty=float(unsure.demonstrations[states].mean()),
+        policy_uncertainty=float(unsure.policy[states].mean()),
+        demonstrated=tuple(situation.demonstrated[states].mean(axis=0).tolist()),
+        policy=tuple(inferred.probabilities[states].mean(axis=0).tolist()),
+        answered_before=tuple(sorted(situation.advice.advised.intersection(states.tolist()))),
+        budget_left=situation.advice.budget_left(numbering.budget),
+        question=question(grid, asked),
+        disagreement=disagreement,
+        scarcity=scarcity,
+    )
+
+
+# -- the sentence -------------------------------------------------------------------------------------
+class Asked(NamedTuple):
+    """What the sentence is about.
+
+    Attributes:
+        states: (m,) ascending.
+        taken: (m, n_actions) how often each action was taken there.
+        greedy: (m,) what the drone would do.
+        scarce: few moves, rather than moves that disagree, make it unsure.
+        said: an earlier answer that the moves do not bear out: what it prefers, moves that way, all moves.
+    """
+
+    states: Ints
+    taken: Ints
+    greedy: Ints
+    scarce: bool
+    said: tuple[tuple[int, ...], int, int] | None = None
+
+
+def question(grid: Grid, asked: Asked) -> str:
+    """E.g. 'In 5 cells on the way to waypoint 2 (columns 1-3, rows 0-1) you flew EAST 48 %, NORTH 40 %; ...'."""
+    where, flown = _where(grid, asked.states), _flown(asked.taken)
+    if asked.said is not None:
+        return f'{where} {flown}; {_doubted(*asked.said)} Which direction is right there, and which is wrong?'
+    return (
+        f'{where} {flown}; the drone would fly {_would(asked.greedy)}. '
+        f'{_why(asked.taken, asked.scarce)} Which direction is right there, and which is wrong?'
+    )
+
+
+def _doubted(preferred: tuple[int, ...], moves: int, of: int) -> str:
+    said = ' or '.join(Action(action).name for action in preferred)
+    way = 'ways' if len(preferred) > 1 else 'way'
+    return f'you answered {said}, but {moves} of {of} moves there went that {way}, so it is asked once more.'
+
+
+def _where(grid: Grid, states: Ints) -> str:
+    cells, layers = states % grid.n_cells, np.unique(states // grid.n_cells) + 1
+    where = 'In 1 cell' if len(states) == 1 else f'In {len(states)} cells'
+    columns, rows = _span('column', cells % grid.width), _span('row', cells // grid.width)
+    return f'{where} on the way to {_waypoints([int(layer) for layer in layers])} ({columns}, {rows})'
+
+
+def _waypoints(layers: list[int]) -> str:
+    if len(layers) == 1:
+        return f'waypoint {layers[0]}'
+    return f'waypoints {", ".join(map(str, layers[:-1]))} and {layers[-1]}'
+
+
+def _span(name: str, indices: Ints) -> str:
+    low, high = int(indices.min()), int(indices.max())
+    return f'{name} {low}' if low == high else f'{name}s {low}-{high}'
+
+
+def _flown(taken: Ints) -> str:
+    total = taken.sum(axis=0)
+    if not total.any():
+        return 'you never flew'
+    shares = total / total.sum()
+    ranked = [a for a in np.argsort(-shares, kind='stable') if shares[a] >= 0.1]
+    return 'you flew ' + ', '.join(f'{Action(a).name} {100 * shares[a]:.0f} %' for a in ranked)
+
+
+def _would(greedy: Ints) -> str:
+    """Directions in the order of how many states have them."""
+    counts = np.bincount(greedy, minlength=N_ACTIONS)
+    ranked = [Action(a).name for a in np.argsort(-counts, kind='stable') if counts[a]]
+    return ranked[0] if len(ranked) == 1 else f'{ranked[0]}, in some cells {" or ".join(ranked[1:])}'
+
+
+def _why(taken: Ints, scarce: bool) -> str:
+    """Few visits or disagreement; the paper's F mixes the two."""
+    moves = int(taken.sum())
+    amount = f'{moves} move in all' if moves == 1 else f'{moves} moves in all'
+    if scarce:
+        return f'It is unsure because you were seldom there ({amount}).'
+    return f'It is unsure because your moves there disagree ({amount}).'
