@@ -76,6 +76,17 @@ def test_every_link_leads_somewhere(document: Path) -> None:
     assert not broken_links(document)
 
 
+@pytest.mark.parametrize('index', ['docs/index.md', 'docs/notebook/index.md'])
+def test_an_index_leads_to_every_document_of_its_folder(index: str) -> None:
+    page = ROOT / index
+    listed = {(page.parent / link.partition('#')[0]).resolve() for link in LINK.findall(page.read_text(encoding='utf-8'))}
+    assert {document.name for document in set(page.parent.glob('*.md')) - listed} == {page.name}
+
+
+def test_the_readme_stays_short() -> None:
+    assert len((ROOT / 'README.md').read_bytes()) < 11_000, 'move details to docs/'
+
+
 def test_a_missing_file_and_a_missing_heading_are_broken_links(tmp_path: Path) -> None:
     page = tmp_path / 'page.md'
     page.write_text('# A `b`, c!\n\n## Two\n\n## Two\n\n[1](other.md) [2](#a-b-c) [3](#d) [4](#two-1) [5](page.md#two-2)\n')
