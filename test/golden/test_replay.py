@@ -4,7 +4,7 @@ import copy
 import json
 import re
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import asdict, dataclass, replace
 from functools import cache
 from pathlib import Path
 
@@ -16,6 +16,7 @@ from mcap.stream_reader import StreamReader
 from mcap.writer import Writer
 
 from advise_ros.commands import replay
+from advise_ros.config import AdviseConfig
 from advise_ros.recording.definitions import definition
 from advise_ros.recording.gridfile import grid_to_mapping
 from advise_ros.replay import learning, session
@@ -293,6 +294,26 @@ def test_a_bag_without_parameters(bag: SessionBag, tmp_path: Path, capsys: pytes
 def test_a_bag_of_a_version_with_other_parameters(bag: SessionBag, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     bag.advise = replace(bag.advise, gamma=7.0)
     assert "parameters of /advise: parameter 'gamma' is 7.0; allowed" in error_of(capsys, bag.write(tmp_path / 'bag'))
+
+
+@dataclass(frozen=True)
+class EarlierAdviseConfig(AdviseConfig):
+    """With parameters that there are no more."""
+
+    clustering: str = 'k_means'
+    method: str = 'own'
+
+
+@pytest.mark.parametrize(('method', 'refused'), [('own', False), ('paper', True)])
+def test_a_bag_says_when_it_was_learnt_in_a_way_that_is_gone(
+    bag: SessionBag, tmp_path: Path, capsys: pytest.CaptureFixture[str], method: str, refused: bool,
+) -> None:
+    bag.advise = EarlierAdviseConfig(**asdict(bag.advise), method=method)
+    path = bag.write(tmp_path / 'bag')
+    if refused:
+        assert "'method' was 'paper', which this version lacks" in error_of(capsys, path)
+    else:
+        assert replay.run([str(path)]) == 0
 
 
 @pytest.fixture

@@ -17,11 +17,11 @@ from advise_ros.core.numerics import Floats, Ints
 # The names of the acquisitions that ask by these beliefs; 'belief' also imitates what is believed (`core/learning/algorithm.py`).
 GAIN, BELIEF = 'gain', 'belief'
 BY_WORTH = (GAIN, BELIEF)
-# A set is expected to be this pure before its demonstrations are looked at, which counts as so many states.
+# Purity of a set before its demonstrations are looked at, and the number of states that this prior weighs as much as.
 PURITY, PURITY_STATES = 0.85, 2
 PURITY_ROUNDS = 5
 ALONE = 1.0 - 1e-6
-# An expert is wrong so often ...
+# Probability that an expert's answer is wrong ...
 WRONG = 0.05
 # ... and calls an action wrong everywhere that is right somewhere with this probability.
 NEVER = 0.01
@@ -41,7 +41,12 @@ class Common(NamedTuple):
     beliefs: Floats
 
     def gain(self, current: Ints, visits: Floats) -> float:
-        """Visits that the answer is expected to put right, when the policy's actions (m,) are paid so many (m,)."""
+        """Expected policy visits that the answer corrects.
+
+        Args:
+            current: (m,) action that the policy takes in each state of the set.
+            visits: (m,) expected visits of the policy.
+        """
         rest = (1.0 - self.purity) / self.beliefs.shape[1]
         # (m, n_actions) of each answer: what it prefers, and what is done now, once it is known.
         preferred, total = self.beliefs * (self.purity + rest), self.beliefs * self.purity + rest
@@ -52,7 +57,7 @@ class Common(NamedTuple):
 
 
 def common(beliefs: Floats) -> Common:
-    """What is expected of the states of a set, from their beliefs (m, n_actions)."""
+    """The right action that the states of a set share, from their beliefs (m, n_actions)."""
     m, n_actions = beliefs.shape
     purity = np.full(n_actions, ALONE if m == 1 else PURITY)
     for _ in range(PURITY_ROUNDS if m > 1 else 0):
@@ -63,19 +68,26 @@ def common(beliefs: Floats) -> Common:
     return Common(shares(likelihood), purity, beliefs)
 
 
-def heard(logs: Floats, answers: Iterable[AdviceRecord]) -> Floats:
-    """(n, n_actions) log beliefs with what the answers say about the states that they cover.
+def with_answers(logs: Floats, answers: Iterable[AdviceRecord]) -> Floats:
+    """Beliefs after some answers.
 
-    An answer that the demonstrations of its states speak against counts the less, the more they do.
+    An answer counts the less, the more the demonstrations of its states speak against it.
+
+    Args:
+        logs: (n, n_actions) log probability that an action is right, from the demonstrations.
+        answers: in any order.
+
+    Returns:
+        (n, n_actions) log probabilities, up to a constant a state.
     """
-    told = logs.copy()
+    updated = logs.copy()
     for answer in answers:
         states = list(answer.states)
-        told[states] += np.log(_said(common(shares(logs[states])), answer))
-    return told
+        updated[states] += np.log(_likelihood(common(shares(logs[states])), answer))
+    return updated
 
 
-def _said(expected: Common, answer: AdviceRecord) -> Floats:
+def _likelihood(expected: Common, answer: AdviceRecord) -> Floats:
     """(n_actions,) probability of each action to be right in a state of the answer."""
     n_actions, preferred = len(expected.chance), list(answer.preferred)
     chance = float(expected.chance[preferred].sum())

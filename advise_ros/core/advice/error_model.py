@@ -16,29 +16,29 @@ from scipy.special import logsumexp
 
 from advise_ros.core.numerics import Floats, Ints
 
-# Of the actions in a state without a mistake so many are right; in one with a mistake, the right one and the mistake.
+# Share of right actions in a state without a mistake; in one with a mistake, shares of the right one and of the mistake.
 RIGHT, RESCUED, MISTAKEN = 0.9, 0.22, 0.7
 # The share of the states with a mistake.
 MISTAKES = 0.25
-# The prior counts as much as so many moves, and as so many states.
+# Moves and states that the prior weighs as much as.
 PRIOR_MOVES, PRIOR_STATES = 20.0, 4.0
 ROUNDS = 10
 # Bounds that keep one person's extremes from being taken for certainty.
 MOST_RIGHT, MOST_TOGETHER = 0.98, 0.98
 RESCUED_BOUNDS = (0.05, 0.45)
 LEAST_OTHER = 1e-4
-# Someone is taken to have mistakes when his moves are so many times likelier than those of the same person without any.
+# A demonstrator is taken to make mistakes when the moves are this many times likelier than without any.
 EVIDENCE = 1000.0
-# Who seems to be mistaken in a larger share of the states than this does not show what is right.
+# A demonstrator who seems mistaken in a larger share of the states does not show what is right.
 MOST_MISTAKES = 0.5
 
 
-class _Person(NamedTuple):
-    """How someone errs.
+class _ErrorModel(NamedTuple):
+    """How a demonstrator errs.
 
     Attributes:
-        right: share of right actions where he makes no mistake.
-        rescued, mistaken: shares of the right action and of the mistake where he makes one.
+        right: share of right actions in states without a mistake.
+        rescued, mistaken: shares of the right action and of the mistake in states with one.
         pairs: (n_actions, n_actions) share of the states with this right action and that mistake, none on the diagonal.
     """
 
@@ -64,7 +64,7 @@ class _Person(NamedTuple):
         return joint
 
     def log_likelihood(self, taken: Floats, weight: Ints) -> float:
-        """Of the counts (m, n_actions) of so many states each."""
+        """Of counts (m, n_actions), each of them seen in `weight` (m,) states."""
         return float(weight @ logsumexp(self.log_joint(taken), axis=(1, 2)))
 
 
@@ -87,9 +87,9 @@ def log_beliefs(taken: Ints) -> Floats:
 
 @lru_cache(maxsize=16)
 def _remembered(moves: bytes, n_actions: int) -> bytes:
-    """Answers do not change what was shown."""
+    """Remembered, because answers do not change the demonstrations."""
     counts, weight, which = _alike(moves, n_actions)
-    person = _someone(counts, weight, _anyone(n_actions))
+    person = _fit_error_model(counts, weight, _prior(n_actions))
     joint = shares(person.log_joint(counts).reshape(len(counts), -1)).reshape(len(counts), *person.pairs.shape)
     logs: Floats = np.log(np.maximum(joint.sum(axis=2), np.finfo(float).tiny))
     return logs[which].tobytes()
@@ -107,36 +107,36 @@ def mistakes_shown(taken: Ints) -> bool:
 @lru_cache(maxsize=16)
 def _shown(moves: bytes, n_actions: int) -> bool:
     counts, weight, _ = _alike(moves, n_actions)
-    anyone = _anyone(n_actions)
+    anyone = _prior(n_actions)
     flawless = anyone._replace(pairs=np.eye(n_actions) / n_actions)
-    erring, without = (_someone(counts, weight, prior) for prior in (anyone, flawless))
+    erring, without = (_fit_error_model(counts, weight, prior) for prior in (anyone, flawless))
     evidence = erring.log_likelihood(counts, weight) - without.log_likelihood(counts, weight)
     return bool(evidence >= np.log(EVIDENCE) and 1.0 - np.trace(erring.pairs) <= MOST_MISTAKES)
 
 
 def _alike(moves: bytes, n_actions: int) -> tuple[Floats, Ints, Ints]:
-    """The different counts of moves, how many visited states have them, and which one each state has."""
+    """The distinct rows of counts, how many visited states have each, and the row of each state."""
     taken = np.frombuffer(moves, dtype=np.int64).reshape(-1, n_actions)
     rows, which, weight = np.unique(taken, axis=0, return_inverse=True, return_counts=True)
     return rows.astype(np.float64), weight * (rows.sum(axis=1) > 0), which.ravel()
 
 
-def _anyone(n_actions: int) -> _Person:
+def _prior(n_actions: int) -> _ErrorModel:
     pairs = np.full((n_actions, n_actions), MISTAKES / (n_actions - 1) / n_actions)
     np.fill_diagonal(pairs, (1.0 - MISTAKES) / n_actions)
-    return _Person(RIGHT, RESCUED, MISTAKEN, pairs)
+    return _ErrorModel(RIGHT, RESCUED, MISTAKEN, pairs)
 
 
-def _someone(taken: Floats, weight: Ints, prior: _Person) -> _Person:
-    """Whom the counts (m, n_actions) of so many states each speak for, beginning with a prior."""
+def _fit_error_model(taken: Floats, weight: Ints, prior: _ErrorModel) -> _ErrorModel:
+    """EM estimate of the demonstrator's error model from counts (m, n_actions), each seen in `weight` (m,) states."""
     person = prior
     for _ in range(ROUNDS):
         person = _fitted(person, taken, weight, prior.pairs)
     return person
 
 
-def _fitted(person: _Person, taken: Floats, weight: Ints, pairs: Floats) -> _Person:
-    """One round; `pairs` are those of the prior."""
+def _fitted(person: _ErrorModel, taken: Floats, weight: Ints, pairs: Floats) -> _ErrorModel:
+    """One round of expectation maximisation; `pairs` are those of the prior."""
     joint = person.log_joint(taken)
     share = shares(joint.reshape(len(joint), -1)).reshape(joint.shape) * weight[:, None, None]
     visits, honest = taken.sum(axis=1), np.diagonal(share, axis1=1, axis2=2)
@@ -148,7 +148,7 @@ def _fitted(person: _Person, taken: Floats, weight: Ints, pairs: Floats) -> _Per
     scale = min(1.0, MOST_TOGETHER / (rescued + mistaken))
     found = share.sum(axis=0) + PRIOR_STATES * pairs
     right = _rate((honest * taken).sum(), (honest * visits[:, None]).sum(), RIGHT)
-    return _Person(min(right, MOST_RIGHT), scale * rescued, scale * mistaken, found / found.sum())
+    return _ErrorModel(min(right, MOST_RIGHT), scale * rescued, scale * mistaken, found / found.sum())
 
 
 def _rate(successes: float, moves: float, prior: float) -> float:

@@ -187,9 +187,11 @@ def unconfirmed(active: Iterable[AdviceRecord], taken: Ints) -> AdviceRecord | N
 
 
 def agreed(answers: Iterable[AdviceRecord], taken: Ints) -> tuple[AdviceRecord, ...]:
-    """Of answers about the very same states, those that say what was said most often, in their order.
+    """Of answers about the very same states, the most frequent one, in their order; of equally frequent ones, the most flown.
 
-    Of what was said equally often holds what the demonstrations bear out most.
+    Args:
+        answers: that prefer something.
+        taken: (n, n_actions) demonstrated actions.
     """
     given = tuple(answers)
     followed = {record.advice_id for _, records in _by_states(given) for record in _prevailing(records, taken)}
@@ -197,10 +199,7 @@ def agreed(answers: Iterable[AdviceRecord], taken: Ints) -> tuple[AdviceRecord, 
 
 
 def narrowed(answers: Iterable[AdviceRecord]) -> tuple[AdviceRecord, ...]:
-    """Each answer in the states where it is the most particular one: that about fewer states prevails.
-
-    Of answers about equally many states all hold.
-    """
+    """Each answer in the states where none is about fewer states; of answers about equally many states all hold."""
     said = tuple(answers)
     fewest: dict[int, int] = {}
     for one in said:

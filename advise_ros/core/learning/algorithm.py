@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from advise_ros.core.advice.advice import AdviceRecord
-from advise_ros.core.advice.answer_beliefs import BELIEF, BY_WORTH, heard
+from advise_ros.core.advice.answer_beliefs import BELIEF, BY_WORTH, with_answers
 from advise_ros.core.advice.error_model import log_beliefs, mistakes_shown, shares
 from advise_ros.core.advice.state import AdviceState, Imitated, advice_state, narrowed
 from advise_ros.core.demonstrations.action_counts import Counts
@@ -35,7 +35,7 @@ from advise_ros.core.site import SITE
 if TYPE_CHECKING:
     from advise_ros.core.site.belief import SiteBelief
 
-# Beliefs take so many moves a state, on average; with fewer, questions go where the policy does.
+# Moves a state, on average, that beliefs need; with fewer, questions go where the policy does.
 MOVES = 5.0
 WITHOUT_BELIEFS = 'occupancy'
 # An answer about several states is not followed in one whose right action is another one with this probability.
@@ -67,7 +67,12 @@ def improve(
 
 
 def in_effect(acquisition: str, visits: Ints) -> str:
-    """The acquisition that decides, where the states in which one acts have been visited so often (m,)."""
+    """The acquisition that decides: beliefs need enough moves.
+
+    Args:
+        acquisition: the one that is wished for.
+        visits: (m,) demonstrated moves in each state in which an action is chosen.
+    """
     few = visits.sum() < MOVES * len(visits)
     return WITHOUT_BELIEFS if acquisition in BY_WORTH and few else acquisition
 
@@ -111,7 +116,7 @@ def imitated(acquisition: str, counts: Counts, advice: AdviceState) -> Imitated:
 
 
 def _believed(counts: Counts, held: tuple[AdviceRecord, ...], advice: tuple[AdviceRecord, ...]) -> Imitated:
-    beliefs = shares(heard(log_beliefs(counts.taken), held))
+    beliefs = shares(with_answers(log_beliefs(counts.taken), held))
     favourite = np.where(counts.visits > 0, beliefs.argmax(axis=1), -1)
     alone = {one.states[0] for one in held if len(one.states) == 1}
     return Imitated(favourite, tuple(left for one in advice if (left := _left(one, beliefs, favourite, alone)).states))

@@ -1,4 +1,4 @@
-"""What an answer is worth: how many of the policy's visits it is expected to put right.
+"""What an answer is worth: the expected visits of the policy that it corrects.
 
 Any set of states can be asked about, also part of one that was asked about before. What the answer will be and in
 which of the states it will be right is predicted from the demonstrations (`core/advice/error_model.py`) and the answers so far: a
@@ -13,12 +13,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from advise_ros.core.advice.answer_beliefs import common, heard
+from advise_ros.core.advice.answer_beliefs import common, with_answers
 from advise_ros.core.advice.error_model import log_beliefs, shares
 from advise_ros.core.advice.state import AdviceState, Imitated
 from advise_ros.core.numerics import Floats, Ints, first_best
 
-# So much of the weight is spread evenly: where the policy goes changes with the answers.
+# Share of the weight that is spread evenly: where the policy goes changes with the answers.
 ANYWHERE = 0.3
 
 
@@ -31,7 +31,12 @@ def askable(partitions: Sequence[Ints]) -> list[Ints]:
 
 
 class Worth(NamedTuple):
-    """What each set of states is worth asking about: the share of the policy's visits put right; 0 once it was asked."""
+    """What each set of states is worth asking about.
+
+    Attributes:
+        sets: ascending states of each.
+        gain: (sets,) share of the policy's visits that the answer is expected to correct; 0 once the set was asked about.
+    """
 
     sets: list[Ints]
     gain: Floats
@@ -74,7 +79,7 @@ def worth(partitions: Sequence[Ints], known: Known) -> Worth:
         known: demonstrations, policy and answers.
     """
     acting, sets = partitions[0] >= 0, askable(partitions)
-    logs = heard(log_beliefs(known.taken), known.advice.followed)
+    logs = with_answers(log_beliefs(known.taken), known.advice.followed)
     visits = np.where(acting, known.occupancy, 0.0)
     visits = (1.0 - ANYWHERE) * visits / max(visits.sum(), np.finfo(float).tiny) + ANYWHERE * acting / acting.sum()
     asked = {record.states for record in known.advice.active}
@@ -83,7 +88,7 @@ def worth(partitions: Sequence[Ints], known: Known) -> Worth:
 
 
 def _standing(known: Known) -> Ints:
-    """(n,) what is to be done as far as anyone said or showed it, and what the policy does elsewhere."""
+    """(n,) action that was advised or demonstrated in each state, and the policy's elsewhere."""
     favourite = known.imitated.favourite
     current = np.where(favourite >= 0, favourite, known.greedy)
     for state, preference in known.imitated.preferences.items():
@@ -93,7 +98,7 @@ def _standing(known: Known) -> Ints:
 
 def _gains(sets: Sequence[Ints], logs: Floats, current: Ints, visits: Floats) -> Floats:
     beliefs = shares(logs)
-    # Who is asked about one state alone answers for it.
+    # An answer about a single state holds for it.
     alone = visits * (1.0 - beliefs[np.arange(len(beliefs)), current])
     return np.array([
         alone[states[0]] if len(states) == 1 else common(beliefs[states]).gain(current[states], visits[states])

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from advise_ros.core.advice.advice import AdviceRecord, Verdict
-from advise_ros.core.advice.answer_beliefs import common, heard
+from advise_ros.core.advice.answer_beliefs import common, with_answers
 from advise_ros.core.advice.error_model import log_beliefs, shares
 from advise_ros.core.advice.state import Imitated, advice_state, narrowed
 from advise_ros.core.demonstrations.action_counts import Counts
@@ -85,9 +85,9 @@ def test_a_skipped_question_is_not_asked_again() -> None:
 
 def test_an_answer_moves_beliefs_and_one_that_the_moves_refute_hardly_does() -> None:
     logs = log_beliefs(TAKEN)
-    told = shares(heard(logs, [record(1, (2, 3), (EAST,), (WEST, SOUTH))]))
+    told = shares(with_answers(logs, [record(1, (2, 3), (EAST,), (WEST, SOUTH))]))
     assert (told[2:4, EAST] > 0.8).all()
-    refuted = shares(heard(logs, [record(1, (0, 1), (WEST,), (EAST,))]))
+    refuted = shares(with_answers(logs, [record(1, (0, 1), (WEST,), (EAST,))]))
     assert refuted[:2].argmax(axis=1).tolist() == [EAST, EAST]
 
 

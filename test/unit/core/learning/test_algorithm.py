@@ -1,0 +1,44 @@
+"""Algorithm 1 on any finite process: the grid is one of them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from advise_ros.core.demonstrations.action_counts import Counts, count
+from advise_ros.core.errors import InputError
+from advise_ros.core.irl.reward import solver_by_name
+from advise_ros.core.irl.settings import LearnSettings
+from advise_ros.core.learning.algorithm import improve
+from advise_ros.core.learning.learner import learn
+from advise_ros.core.planning.finite_process import FiniteProcess
+from advise_ros.core.questions.clusters import cluster_states
+from advise_ros.core.questions.select import Selection
+from advise_ros.domains import find
+from advise_ros.domains.drone import route
+from support.learning import NORTH, ROUND_TRIP, SOUTH, flights, record
+
+
+@pytest.mark.parametrize('acquisition', ['paper', 'occupancy', 'gain', 'belief'])
+def test_a_domain_of_the_experiments_learns_and_asks_as_the_learner_that_flies(acquisition: str) -> None:
+    settings, flown = LearnSettings(acquisition=acquisition), flights(0, 16)
+    first = learn(ROUND_TRIP, settings, flown, ())
+    assert first.query is not None
+    log = (record(1, first.query.states, (NORTH,), (SOUTH,)),)
+    learned = learn(ROUND_TRIP, settings, flown, log)
+    process = route('trip', ROUND_TRIP, [ROUND_TRIP.start_state()]).process
+    counts = count(ROUND_TRIP, flown)
+    found = improve(process, settings, counts, cluster_states(process, counts, settings), log, solver_by_name('auto'))
+    question = Selection(found).question()
+    assert np.array_equal(found.inferred.reward, learned.reward)
+    assert np.array_equal(found.clusters, learned.clusters)
+    assert question is not None and learned.query is not None
+    assert tuple(question.states.tolist()) == learned.query.states
+
+
+def test_a_process_without_a_grid_has_no_site() -> None:
+    process: FiniteProcess = find('sailing').process
+    counts = Counts(np.ones((process.mdp.n_states, process.mdp.n_actions), dtype=np.int64))
+    settings = LearnSettings(acquisition='site')
+    with pytest.raises(InputError, match="acquisition 'site' is for routes on a grid"):
+        improve(process, settings, counts, cluster_states(process, counts, settings), (), solver_by_name('auto'))
