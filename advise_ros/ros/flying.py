@@ -8,6 +8,7 @@ import time
 from geometry_msgs.msg import PoseStamped, TwistStamped
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 
+from advise_ros.core.clock_steps import ClockSteps
 from advise_ros.core.flight.leg_follower import Pose
 from advise_ros.core.units import MAP_FRAME, NS, Vector
 from advise_ros.ros.convert import stamp_from_ns, stamp_to_ns
@@ -51,15 +52,15 @@ class PoseGate:
         self.problem = ''
         self.refused = 0
         self._last_ns = 0
-        self._offset_ns: int | None = None
-        self._set_until_ns = 0
+        self._clock = ClockSteps(CLOCK_SET_NS, CLOCK_SET_FOR_NS)
 
     def take(self, message: PoseStamped, now_ns: int) -> Pose | None:
         """The pose, or None when it is refused."""
-        self._watch_clock(now_ns, time.monotonic_ns())
+        steady_ns = time.monotonic_ns()
+        self._clock.look(now_ns, steady_ns)
         at = message.pose.position
         pose = Pose(stamp_to_ns(message.header.stamp), (at.x, at.y, at.z))
-        self.problem = self._look(pose, message.header.frame_id, now_ns)
+        self.problem = self._look(pose, message.header.frame_id, now_ns, clock_was_set=self._clock.was_set(steady_ns))
         if self.problem:
             self.refused += 1
             return None
@@ -70,17 +71,7 @@ class PoseGate:
         """Between flights a clock may have been set back."""
         self._last_ns = 0
 
-    def _watch_clock(self, now_ns: int, steady_ns: int) -> None:
-        offset_ns = now_ns - steady_ns
-        if self._offset_ns is not None and abs(offset_ns - self._offset_ns) > CLOCK_SET_NS:
-            self._set_until_ns = steady_ns + CLOCK_SET_FOR_NS
-        self._offset_ns = offset_ns
-
-    @property
-    def _clock_was_set(self) -> bool:
-        return time.monotonic_ns() < self._set_until_ns
-
-    def _look(self, pose: Pose, frame_id: str, now_ns: int) -> str:
+    def _look(self, pose: Pose, frame_id: str, now_ns: int, *, clock_was_set: bool) -> str:
         if frame_id != MAP_FRAME:
             return f"poses are in frame '{frame_id}' and not flown by; they must be in '{MAP_FRAME}' (ENU)"
         if not all(math.isfinite(value) for value in pose.position_enu_m):
@@ -88,9 +79,9 @@ class PoseGate:
         if pose.stamp_ns <= 0:
             return 'poses have no stamp'
         behind_ns = self._last_ns - pose.stamp_ns
-        if behind_ns >= 0 and not (self._clock_was_set and behind_ns > CLOCK_SET_NS):
+        if behind_ns >= 0 and not (clock_was_set and behind_ns > CLOCK_SET_NS):
             return f'a pose is {behind_ns / NS:.3f} s older than the one before it'
-        if pose.stamp_ns - now_ns > FUTURE_LIMIT_NS and not self._clock_was_set:
+        if pose.stamp_ns - now_ns > FUTURE_LIMIT_NS and not clock_was_set:
             ahead_s = (pose.stamp_ns - now_ns) / NS
             return f"poses are {ahead_s:.0f} s ahead of this node's clock; set use_sim_time alike on all nodes"
         return ''

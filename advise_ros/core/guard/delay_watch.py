@@ -8,6 +8,7 @@ them apart. Without it they count as late, which is the safe side.
 
 from __future__ import annotations
 
+from advise_ros.core.clock_steps import ClockSteps
 from advise_ros.core.units import NS
 
 # Two crystals drift apart by no more than this; a delay that grows more slowly is not seen.
@@ -18,6 +19,8 @@ TOLERANCE_S = 0.01
 STEP_S, CONFIRMED = 0.1, 3
 # Stamps that go back by more belong to a sender that started anew, once no newer one came for this long.
 BACKWARD_S, REBOOT_S = 1.0, 1.0
+# After our clock was set, stamps by the old one are still on their way for this long.
+CLOCK_SET_NS = 5 * NS
 # A bound by a question is of no use any more after this, because of the drift.
 BOUND_KEPT_S = 300.0
 
@@ -87,8 +90,7 @@ class DelayWatch:
         self._newest_s = self._back_since_s = 0.0
         self._least_s: float | None = None
         self._least_at_s = 0.0
-        self._ours_s: float | None = None
-        self._set_s = float('-inf')
+        self._ours = ClockSteps(round(STEP_S * NS), CLOCK_SET_NS)
 
     def arrived(self, stamp_ns: int, now_s: float, now_ns: int = 0) -> float:
         """A message arrives; returns by how much it is late, seconds.
@@ -127,11 +129,9 @@ class DelayWatch:
 
     def _by_clock(self, stamp_s: float, now_s: float, now_ns: int) -> float:
         """By our node's clock, which may be set, or be a simulation's that pauses with the sender."""
-        ours_s = now_ns / NS - now_s
-        if self._ours_s is not None and abs(ours_s - self._ours_s) > STEP_S:
-            self._set_s = now_s
-        self._ours_s = ours_s
-        return self._clock.seen(now_ns / NS - stamp_s, now_s, settled=now_s - self._set_s > 5.0 * REBOOT_S)
+        steady_ns = round(now_s * NS)
+        self._ours.look(now_ns, steady_ns)
+        return self._clock.seen(now_ns / NS - stamp_s, now_s, settled=not self._ours.was_set(steady_ns))
 
     # -- what a round trip tells -------------------------------------------------------------
     def bounded(self, low_s: float, high_s: float, now_s: float) -> bool:

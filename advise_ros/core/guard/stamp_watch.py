@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from advise_ros.core.clock_steps import ClockSteps
 from advise_ros.core.units import NS
 
 # Generous, as simulated clocks that run fast arrive late.
 FUTURE_NS, PAST_NS, BACKWARD_NS = 5_000_000_000, 30_000_000_000, 1_000_000_000
 # After our clock was set, stamps by the old one are still on their way for this long.
-CLOCK_SET_S = 2.0
+CLOCK_SET_NS = 2 * NS
 
 
 class StampWatch:
@@ -26,9 +27,7 @@ class StampWatch:
         self._forget_s = forget_s
         self._newest_ns = 0
         self._seen_s = 0.0
-        self._offset_ns: int | None = None
-        self._old_offset_ns = 0
-        self._set_s = 0.0
+        self._clock = ClockSteps(BACKWARD_NS, CLOCK_SET_NS)
 
     def doubt(self, stamp_ns: int, now_ns: int, now_s: float) -> str:
         """What is wrong with a stamp, or ''; a stamp of 0 says nothing.
@@ -53,13 +52,9 @@ class StampWatch:
     def _clocks(self, now_ns: int, now_s: float) -> tuple[int, ...]:
         """Our clock, and for a while also what it would be had it not been set."""
         steady_ns = round(now_s * NS)
-        offset_ns = now_ns - steady_ns
-        if self._offset_ns is not None and abs(offset_ns - self._offset_ns) > BACKWARD_NS:
-            self._old_offset_ns, self._set_s = self._offset_ns, now_s
+        if self._clock.look(now_ns, steady_ns):
             self._newest_ns = 0
-        self._offset_ns = offset_ns
-        was_set = self._old_offset_ns != 0 and now_s - self._set_s < CLOCK_SET_S
-        return (now_ns, steady_ns + self._old_offset_ns) if was_set else (now_ns,)
+        return (now_ns, self._clock.unset_ns(steady_ns)) if self._clock.was_set(steady_ns) else (now_ns,)
 
     def _out_of_time(self, stamp_ns: int, clocks: tuple[int, ...]) -> str:
         ahead_ns = [stamp_ns - clock for clock in clocks]
