@@ -37,8 +37,8 @@ from advise_msgs import msg
 from advise_ros.core.demonstrations.demonstration import Audit, Demonstration, EndReason
 from advise_ros.core.grid.grid import Action, Grid, optimal_actions
 from advise_ros.demo.options import free_udp_port
-from advise_ros.demo.supervisor import Supervisor
 from advise_ros.ros import convert, qos
+from advise_ros.supervisor import Supervisor
 
 FLAGS = (
     '--headless', '--no-sandbox', '--disable-gpu', '--disable-quic', '--no-first-run', '--disable-background-networking',

@@ -28,11 +28,11 @@ from advise_msgs.msg import LearnerStatus
 from advise_ros.core.people.trial import fly
 from advise_ros.demo.graph import DemoGraph
 from advise_ros.demo.options import DemoOptions, share
-from advise_ros.demo.supervisor import Supervisor
 from advise_ros.demo.trials import trial_settings
 from advise_ros.recording.demofile import save_demonstrations
 from advise_ros.recording.gridfile import load_grid
 from advise_ros.ros.graph_client import GraphClient
+from advise_ros.supervisor import Supervisor
 
 sys.path.insert(0, str(Path(__file__).parents[1] / 'test'))
 

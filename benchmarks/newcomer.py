@@ -26,12 +26,12 @@ from advise_ros.core.people.simulated_expert import SimulatedExpert
 from advise_ros.core.people.trial import fly
 from advise_ros.demo.graph import DemoGraph
 from advise_ros.demo.options import DemoOptions, share
-from advise_ros.demo.supervisor import Supervisor
 from advise_ros.demo.trials import trial_settings
 from advise_ros.recording.demofile import save_demonstrations
 from advise_ros.recording.gridfile import load_grid
 from advise_ros.ros import convert_advice
 from advise_ros.ros.graph_client import GraphClient
+from advise_ros.supervisor import Supervisor
 
 ARROWS = ('ArrowUp', 'ArrowRight', 'ArrowDown', 'ArrowLeft')
 PATIENCE_S = 60.0

@@ -31,10 +31,10 @@ from rich.console import Console
 from rich.table import Table
 from scipy import stats
 
-from advise_ros.demo.supervisor import executable, ros_arguments
 from advise_ros.recording.recover import Salvage
 from advise_ros.ros import qos
 from advise_ros.ros.cdr import to_cdr
+from advise_ros.supervisor import executable, ros_arguments
 
 TOPIC = 'pose'
 # Of a pose in CDR: encapsulation, then seconds and nanoseconds of its stamp.

@@ -15,17 +15,17 @@ from advise_ros.demo.console import DemoConsole
 from advise_ros.demo.graph import refuse_a_second_graph
 from advise_ros.demo.options import DemoOptions, check_parameters, node_config, share
 from advise_ros.demo.out import out_directory, refuse_a_full_disk, refuse_what_holds_something
-from advise_ros.demo.patience import cpu_s
 from advise_ros.demo.story import Session, Story
 from advise_ros.demo.summary import Outcome, page_values, rate, table
-from advise_ros.demo.supervisor import Child, Supervisor, executable
 from advise_ros.demo.trials import TrialPool, trial_settings
 from advise_ros.exits import INTERRUPTED, OK, VERDICT_NO, fail
+from advise_ros.fair_clock import cpu_s
 from advise_ros.recording.gridfile import load_grid
 from advise_ros.report import page
 from advise_ros.ros import environment
 from advise_ros.ros.run import exit_now
 from advise_ros.settings import learn_settings
+from advise_ros.supervisor import Child, Supervisor, executable
 
 EXAMPLES = """examples:
   ./advise demo                        the whole story, about a minute

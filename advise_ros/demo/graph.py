@@ -7,7 +7,7 @@ from pathlib import Path
 from advise_ros.core.errors import InputError
 from advise_ros.core.grid.grid import Grid
 from advise_ros.demo.options import DemoOptions, free_udp_port
-from advise_ros.demo.supervisor import Child, Supervisor
+from advise_ros.supervisor import Child, Supervisor
 
 # The bag replays when both heard the same: the demonstrations come from one of them, the samples from the other.
 LISTENERS = ('recorder', 'logger')

@@ -19,13 +19,13 @@ from advise_ros.demo import browser
 from advise_ros.demo.console import DemoConsole
 from advise_ros.demo.graph import LISTENERS, DemoGraph
 from advise_ros.demo.options import DemoOptions
-from advise_ros.demo.supervisor import Child, Supervisor
 from advise_ros.demo.tracks import TrackLog
 from advise_ros.demo.trials import trial_settings
 from advise_ros.recording.demofile import save_demonstrations
 from advise_ros.report.pictures import Track
 from advise_ros.ros import convert, convert_advice
 from advise_ros.ros.graph_client import GraphClient
+from advise_ros.supervisor import Child, Supervisor
 
 # By the supervisor's clock, which stands still while the machine is too busy for the processes.
 STEP_PATIENCE_S = 120.0

@@ -17,7 +17,7 @@ from advise_ros.core.errors import AdviseError
 from advise_ros.core.grid.grid import Grid
 from advise_ros.core.people.trial import TrialResult, TrialSettings, advised_trial, run_trial
 from advise_ros.demo.options import DemoOptions, node_config
-from advise_ros.demo.patience import cpu_s
+from advise_ros.fair_clock import cpu_s
 from advise_ros.parent import die_with_parent
 from advise_ros.settings import learn_settings
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
 import tempfile
 from collections.abc import Mapping
 from dataclasses import fields
@@ -10,20 +9,17 @@ from pathlib import Path
 from typing import Any
 
 import yaml
-from ament_index_python.packages import get_package_prefix
 
 from advise_ros.config import AdviseConfig, PolicyConfig, RecorderConfig
-from advise_ros.core.errors import AdviseError
 from advise_ros.core.grid.grid import Grid
 from advise_ros.recording.gridfile import grid_to_mapping
 from advise_ros.replay.session import RecordedSession
 from advise_ros.ros import convert
+from advise_ros.supervisor import Supervisor
 
 NODES: Mapping[str, type[Any]] = {'recorder': RecorderConfig, 'advise': AdviseConfig, 'policy': PolicyConfig}
 # What would reach back into the recorded session's own files, or hang on how long the clock stands (see Live).
 OTHERWISE = {'session_file': '', 'demonstrations_file': '', 'give_up_s': 3600.0}
-EXIT_PATIENCE_S = 20.0
-LAST_LINES = 5
 
 
 class LiveNodes:
@@ -32,12 +28,12 @@ class LiveNodes:
     def __init__(self, session: RecordedSession) -> None:
         self._session = session
         self._folder = tempfile.TemporaryDirectory(prefix='advise_live_')
-        self._nodes: dict[str, subprocess.Popen[bytes]] = {}
+        self._supervisor = Supervisor(Path(self._folder.name))
 
     @property
     def names(self) -> frozenset[str]:
         """Of those that were started."""
-        return frozenset(self._nodes)
+        return frozenset(self._supervisor.pids())
 
     def start(self) -> None:
         """Raises LogError where the recorded parameters are not those of this version."""
@@ -54,27 +50,17 @@ class LiveNodes:
         values |= {'grid_file': str(folder / 'grid.yaml'), 'use_sim_time': True}
         file = folder / f'{name}.yaml'
         file.write_text(yaml.safe_dump({'/**': {'ros__parameters': values}}), encoding='utf-8')
-        arguments = ['--ros-args', '--params-file', str(file), '-r', f'__ns:={self._session.namespace or "/"}']
-        executable = Path(get_package_prefix('advise_ros')) / 'lib' / 'advise_ros' / name
-        with (folder / f'{name}.log').open('wb') as log:
-            self._nodes[name] = subprocess.Popen(
-                [str(executable), *arguments], stdout=log, stderr=log, stdin=subprocess.DEVNULL, start_new_session=True,
-            )
+        self._supervisor.start_node(name, {}, '--params-file', str(file), '-r', f'__ns:={self._session.namespace or "/"}')
 
     def check(self) -> None:
-        """Raises AdviseError, with its last words, when a node has ended."""
-        for name, process in self._nodes.items():
-            if process.poll() is not None:
-                lines = (Path(self._folder.name) / f'{name}.log').read_text(errors='replace').splitlines()[-LAST_LINES:]
-                raise AdviseError(f'{name} ended during the replay (exit code {process.returncode}): {" | ".join(lines)}')
+        """Look after the nodes.
+
+        Raises:
+            ChildDiedError: one has ended; its last words are in the message.
+        """
+        self._supervisor.check()
 
     def stop(self) -> None:
         """End them and forget their files."""
-        for process in self._nodes.values():
-            process.terminate()
-        for process in self._nodes.values():
-            try:
-                process.wait(EXIT_PATIENCE_S)
-            except subprocess.TimeoutExpired:
-                process.kill()
+        self._supervisor.stop_all()
         self._folder.cleanup()

@@ -12,7 +12,7 @@ from advise_ros.commands import demo
 from advise_ros.core.errors import AdviseError, InputError
 from advise_ros.demo.console import DemoConsole
 from advise_ros.demo.out import out_directory, refuse_a_full_disk
-from advise_ros.demo.supervisor import Supervisor
+from advise_ros.supervisor import Supervisor
 
 
 def run_in(out: Path, problem: AdviseError) -> None:

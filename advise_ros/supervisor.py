@@ -16,7 +16,7 @@ from typing import IO, Any
 from ament_index_python.packages import get_package_prefix
 
 from advise_ros.core.errors import AdviseError
-from advise_ros.demo.patience import FairClock
+from advise_ros.fair_clock import FairClock
 from advise_ros.parent import die_with_parent
 
 LAST_LINES = 12

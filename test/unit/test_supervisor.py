@@ -14,9 +14,9 @@ import yaml
 
 from advise_ros.core.errors import AdviseError
 from advise_ros.demo import trials
-from advise_ros.demo.patience import FairClock, cpu_s, queued_s
-from advise_ros.demo.supervisor import Supervisor, ros_arguments
+from advise_ros.fair_clock import FairClock, cpu_s, queued_s
 from advise_ros.ros.graph_client import GraphClient, GraphTimeoutError
+from advise_ros.supervisor import Supervisor, ros_arguments
 
 CHILD = 4711
 
@@ -110,7 +110,7 @@ def test_a_dead_process_of_the_trials_is_named() -> None:
 
 
 def test_a_child_that_does_not_stop_is_made_to_and_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr('advise_ros.demo.supervisor.STOP_PATIENCE_S', 0.5)
+    monkeypatch.setattr('advise_ros.supervisor.STOP_PATIENCE_S', 0.5)
     ready = 'import signal, sys, time; signal.signal(signal.SIGINT, signal.SIG_IGN); print(1, flush=True); time.sleep(600)'
     with Supervisor(tmp_path / 'logs') as supervisor:
         deaf, willing = (supervisor.start(name, [sys.executable, '-u', '-c', code]) for name, code in (
