@@ -15,10 +15,12 @@ from __future__ import annotations
 
 import argparse
 import sys
+from functools import partial
 from pathlib import Path
 
 import numpy as np
-from joblib import Parallel, delayed
+
+from advise_ros.parallel import on_cores
 
 sys.path.insert(0, str(Path(__file__).parents[1] / 'test'))
 
@@ -37,16 +39,16 @@ def main() -> None:
     parser.add_argument('--episodes', type=int, default=10_000)
     parser.add_argument('--seconds', type=float, default=0.0, help='simulated, each (default: 20; 40 with --troubled)')
     parser.add_argument('--seed', type=int, default=0)
-    parser.add_argument('--jobs', type=int, default=-1, help='processes (default: one a core)')
+    parser.add_argument('--jobs', type=int, default=0, help='processes (default: one a core)')
     parser.add_argument('--troubled', action='store_true', help='with drift, jumps, and delays of up to 10 s in either direction')
     parser.add_argument(
         '--delay', type=float, default=DELAY_S - TICK_S, help='of poses and obedience together, at most (default: as told)',
     )
     options = parser.parse_args()
     seconds = options.seconds or (40.0 if options.troubled else 20.0)
-    chunks = (range(first, min(first + CHUNK, options.episodes)) for first in range(0, options.episodes, CHUNK))
-    tasks = (delayed(flown)(options.seed, chunk, seconds, options.delay, options.troubled) for chunk in chunks)
-    found = [pair for part in Parallel(options.jobs)(tasks) for pair in part]
+    chunks = [range(first, min(first + CHUNK, options.episodes)) for first in range(0, options.episodes, CHUNK)]
+    fly = partial(flown, options.seed, seconds=seconds, delay_s=options.delay, troubled=options.troubled)
+    found = [pair for part in on_cores(fly, chunks, options.jobs) for pair in part]
     worst, bounds = np.array(found).T
     beyond = int((worst > bounds).sum())
     # Exact for none; for some, the normal approximation's upper end.

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 from advise_ros.core.errors import InputError
 from advise_ros.experiments.store import Store
 from advise_ros.experiments.work import Task, perform
-from advise_ros.parent import tied_workers
+from advise_ros.parallel import on_cores
 
 ADDRESS = re.compile(r'(?:(?:tcp|tls|ws|wss|ucx)://)?[^/\s]+:\d{1,5}')
 Performer = Callable[[list[Task]], Iterator[tuple[Task, list[Any]]]]
@@ -32,11 +32,7 @@ class OnCores(NamedTuple):
     jobs: int
 
     def __call__(self, tasks: list[Task]) -> Iterator[tuple[Task, list[Any]]]:
-        from joblib import Parallel, delayed  # noqa: PLC0415 - needed here only
-
-        parallel = Parallel(min(self.jobs, len(tasks)), return_as='generator_unordered', batch_size=1, **tied_workers())
-        results: Iterator[tuple[Task, list[Any]]] = parallel(delayed(_paired)(task) for task in tasks)
-        return results
+        return on_cores(_paired, tasks, self.jobs, in_order=False)
 
 
 class OnDask(NamedTuple):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,7 +15,7 @@ from advise_ros.core.demonstrations.recorded_flights import demonstrations_of
 from advise_ros.core.demonstrations.samples import Recording
 from advise_ros.core.errors import InputError, LogError
 from advise_ros.core.grid.grid import Grid
-from advise_ros.parent import tied_workers
+from advise_ros.parallel import on_cores
 from advise_ros.recording.bags import DEFAULT_TOPICS, BagTopics
 from advise_ros.recording.sources import ProgressCallback, read_recording
 
@@ -89,21 +90,10 @@ def harvest_all(paths: Sequence[str], task: Task, *, jobs: int, dask: str, done:
         InputError: there is no scheduler at that address.
     """
     found: list[Harvest] = []
-    for one in _on_cluster(paths, task, dask) if dask else _on_cores(paths, task, jobs):
+    for one in _on_cluster(paths, task, dask) if dask else on_cores(partial(harvest, task=task), paths, jobs):
         found.append(one)
         done()
     return found
-
-
-def _on_cores(paths: Sequence[str], task: Task, jobs: int) -> Iterator[Harvest]:
-    from joblib import Parallel, cpu_count, delayed  # type: ignore[import-untyped]  # noqa: PLC0415  slow to load
-
-    workers = min(jobs or cpu_count(), len(paths))
-    if workers <= 1:
-        yield from (harvest(path, task) for path in paths)
-        return
-    parallel = Parallel(n_jobs=workers, return_as='generator', **tied_workers())
-    yield from parallel(delayed(harvest)(path, task) for path in paths)
 
 
 def _on_cluster(paths: Sequence[str], task: Task, address: str) -> Iterator[Harvest]:
