@@ -1,15 +1,11 @@
 """A policy's goal whose bridge died in flight stays ended, whatever comes back."""
 
-from pathlib import Path
 
-import pytest
-import yaml
 from geometry_msgs.msg import PoseStamped, TwistStamped
 from std_srvs.srv import Trigger
 
 from advise_msgs.action import Fly
 from advise_msgs.msg import FlightStatus, Policy, VehicleStatus
-from advise_ros.recording.gridfile import grid_to_mapping
 from advise_ros.ros import qos
 from support.graph import Graph
 from support.policies import best, policy_message, square
@@ -18,21 +14,14 @@ from support.processes import Process
 PATIENCE_S = 90.0
 
 
-@pytest.fixture
-def grid_file(tmp_path: Path) -> str:
-    path = tmp_path / 'grid.yaml'
-    path.write_text(yaml.safe_dump({'grid': grid_to_mapping(square())}))
-    return str(path)
-
-
 def moves(command: TwistStamped) -> bool:
     linear = command.twist.linear
     return any((linear.x, linear.y, linear.z))
 
 
-def test_a_new_bridge_does_not_make_a_flight_go_on(graph: Graph, grid_file: str, free_udp_port: int) -> None:
+def test_a_new_bridge_does_not_make_a_flight_go_on(graph: Graph, square_file: str, free_udp_port: int) -> None:
     grid = square()
-    clock = {'use_sim_time': True, 'grid_file': grid_file}
+    clock = {'use_sim_time': True, 'grid_file': square_file}
 
     def start_bridge() -> Process:
         return graph.start('mavlink_bridge', {**clock, 'url': f'udpin:127.0.0.1:{free_udp_port}', 'pose_rate_hz': 10.0})

@@ -1,15 +1,11 @@
 """A demonstration and a policy flown through the real bridge in the simulator, and recorded."""
 
-from pathlib import Path
 
-import pytest
-import yaml
 from std_srvs.srv import Trigger
 
 from advise_msgs.action import Fly
 from advise_msgs.msg import Demonstration, Policy, VehicleStatus
 from advise_ros.core.demonstrations.demonstration import EndReason
-from advise_ros.recording.gridfile import grid_to_mapping
 from advise_ros.ros import qos
 from advise_ros.ros.convert import demonstration_from_msg
 from support.flying import until_heard
@@ -19,16 +15,9 @@ from support.policies import best, policy_message, square
 PATIENCE_S = 90.0
 
 
-@pytest.fixture
-def grid_file(tmp_path: Path) -> str:
-    path = tmp_path / 'grid.yaml'
-    path.write_text(yaml.safe_dump({'grid': grid_to_mapping(square())}))
-    return str(path)
-
-
-def test_pilot_and_policy_fly_in_the_simulator(graph: Graph, grid_file: str, free_udp_port: int) -> None:
+def test_pilot_and_policy_fly_in_the_simulator(graph: Graph, square_file: str, free_udp_port: int) -> None:
     grid = square()
-    clock = {'use_sim_time': True, 'grid_file': grid_file}
+    clock = {'use_sim_time': True, 'grid_file': square_file}
     graph.start('simulator', {'endpoint': f'udpout:127.0.0.1:{free_udp_port}', 'speedup': 8.0, 'ready_after_s': 1.0})
     graph.start('mavlink_bridge', {**clock, 'url': f'udpin:127.0.0.1:{free_udp_port}', 'pose_rate_hz': 10.0})
     graph.start('recorder', clock)

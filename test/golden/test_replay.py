@@ -5,7 +5,6 @@ import json
 import re
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
-from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -19,30 +18,12 @@ from advise_ros.commands import replay
 from advise_ros.config import AdviseConfig
 from advise_ros.recording.definitions import definition
 from advise_ros.recording.gridfile import grid_to_mapping
-from advise_ros.replay import learning, session
+from advise_ros.replay import session
 from support.session_bag import GRID, SessionBag, session_bag
 
+pytestmark = pytest.mark.usefixtures('learn_once')
+
 Tamper = Callable[[SessionBag], None]
-
-
-@pytest.fixture(scope='module')
-def good() -> SessionBag:
-    return session_bag()
-
-
-@pytest.fixture(autouse=True)
-def learn_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The same policy is learnt in each test: a pure function's result may be kept."""
-    monkeypatch.setattr(learning, 'learn', learn_cached)
-
-
-learn_cached = cache(learning.learn)
-
-
-@pytest.fixture
-def bag(good: SessionBag) -> SessionBag:
-    """A copy to be tampered with."""
-    return copy.deepcopy(good)
 
 
 def verdict(bag: SessionBag, directory: Path) -> tuple[int, dict[str, dict], str]:

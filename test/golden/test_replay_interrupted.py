@@ -3,7 +3,6 @@
 import copy
 import json
 import re
-from functools import cache
 from pathlib import Path
 
 import pytest
@@ -15,27 +14,14 @@ from advise_ros.core.flight.policy_flight import FlightPlan, PolicyFlight
 from advise_ros.core.learning.learner import Learned
 from advise_ros.core.learning.session import Session
 from advise_ros.recording.bags import BagTopics, read_bag
-from advise_ros.replay import learning
 from advise_ros.replay.session import at
 from advise_ros.ros import convert
 from advise_ros.settings import learn_settings
-from support.session_bag import GRID, SessionBag, session_bag
+from support.session_bag import GRID, SessionBag
+
+pytestmark = pytest.mark.usefixtures('learn_once')
 
 FASTER = PolicyConfig(speed_m_s=2.0)
-
-
-@pytest.fixture(scope='module')
-def good() -> SessionBag:
-    return session_bag()
-
-
-@pytest.fixture(autouse=True)
-def learn_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The same policy is learnt in each test: a pure function's result may be kept."""
-    monkeypatch.setattr(learning, 'learn', learn_cached)
-
-
-learn_cached = cache(learning.learn)
 
 
 def test_a_policy_flew_until_another_node_says_that_it_is_idle(good: SessionBag, tmp_path: Path) -> None:
@@ -47,12 +33,6 @@ def test_a_policy_flew_until_another_node_says_that_it_is_idle(good: SessionBag,
     (part,) = divide(read_bag(bag.write(tmp_path / 'bag'), topics)).parts
     assert [event.flies for event in part.policy] == [True, False, True, False]
     assert part.policy[2].stamp_ns <= began_ns <= part.policy[3].stamp_ns < bag.now_ns
-
-
-@pytest.fixture
-def bag(good: SessionBag) -> SessionBag:
-    """A copy to be cut."""
-    return copy.deepcopy(good)
 
 
 def verdict(bag: SessionBag, directory: Path) -> tuple[int, dict[str, dict], list[str]]:

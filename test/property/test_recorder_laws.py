@@ -149,20 +149,26 @@ class World:
         self._stay(1.0)
 
 
+def give(into: Recorder, arrival: Arrival) -> None:
+    _, kind, stamp_ns, value = arrival
+    if kind == 'state':
+        into.vehicle(value)
+    elif kind == 'policy':
+        into.policy(flies=value, stamp_ns=stamp_ns)
+    else:
+        (into.pose if kind == 'pose' else into.command)(stamp_ns, value)
+
+
 def live(arrivals: list[Arrival]) -> Iterator[Demonstration]:
     into = Recorder(GRID, SETTINGS, 'made up', by_flights=True)
     polled_s = 0.0
-    for at_s, kind, stamp_ns, value in arrivals:
+    for arrival in arrivals:
+        at_s = arrival.at_s
         while polled_s and polled_s + 0.05 < at_s:
             polled_s += 0.05
             yield from (output.demonstration for output in into.take(polled_s) if output.demonstration)
         polled_s = polled_s or at_s
-        if kind == 'state':
-            into.vehicle(value)
-        elif kind == 'policy':
-            into.policy(flies=value, stamp_ns=stamp_ns)
-        else:
-            (into.pose if kind == 'pose' else into.command)(stamp_ns, value)
+        give(into, arrival)
     for wait_s in (0.1, 0.5, 6.0, 7.0):
         yield from (output.demonstration for output in into.take(at_s + wait_s) if output.demonstration)
 
@@ -209,13 +215,9 @@ def test_the_order_of_polls_does_not_matter(seed: int) -> None:
     arrivals = World(seed).arrivals()
     into = Recorder(GRID, SETTINGS, 'made up', by_flights=True)
     found = []
-    for index, (at_s, kind, stamp_ns, value) in enumerate(arrivals):
-        if kind == 'state':
-            into.vehicle(value)
-        elif kind == 'policy':
-            into.policy(flies=value, stamp_ns=stamp_ns)
-        else:
-            (into.pose if kind == 'pose' else into.command)(stamp_ns, value)
+    for index, arrival in enumerate(arrivals):
+        at_s = arrival.at_s
+        give(into, arrival)
         if index % 97 == 0:
             found += [output.demonstration for output in into.take(at_s) if output.demonstration]
     found += [output.demonstration for wait_s in (1.0, 7.0, 8.0) for output in into.take(at_s + wait_s) if output.demonstration]

@@ -27,6 +27,6 @@ after its limit, or at once when a process ends with an exit code other than 0 t
 At the end everything is stopped by SIGINT; a process that does not stop, or leaves children, fails the test.
 """
 
-from support.fixtures import free_tcp_port, free_udp_port, graph, ros_env
+from support.fixtures import free_tcp_port, free_udp_port, graph, ros_env, square_file
 
-__all__ = ['free_tcp_port', 'free_udp_port', 'graph', 'ros_env']
+__all__ = ['free_tcp_port', 'free_udp_port', 'graph', 'ros_env', 'square_file']

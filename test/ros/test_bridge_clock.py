@@ -2,10 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
-import pytest
-import yaml
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped
 from rosgraph_msgs.msg import Clock
@@ -13,23 +9,14 @@ from std_srvs.srv import Trigger
 
 from advise_msgs.msg import Demonstration, VehicleStatus
 from advise_ros.core.demonstrations.demonstration import EndReason
-from advise_ros.recording.gridfile import grid_to_mapping
 from advise_ros.ros import qos
 from advise_ros.ros.convert import demonstration_from_msg, stamp_to_ns
 from support.flying import until_heard
 from support.graph import Graph
-from support.policies import square
 from support.scripted import ScriptedCopter, UdpPeer
 
 PATIENCE_S = 90.0
 SPEED = 5.0
-
-
-@pytest.fixture
-def grid_file(tmp_path: Path) -> str:
-    path = tmp_path / 'grid.yaml'
-    path.write_text(yaml.safe_dump({'grid': grid_to_mapping(square())}))
-    return str(path)
 
 
 def simulate(graph: Graph, port: int) -> None:
@@ -39,12 +26,12 @@ def simulate(graph: Graph, port: int) -> None:
     })
 
 
-def test_a_demonstration_is_recorded_by_the_autopilots_clock(graph: Graph, grid_file: str, free_udp_port: int) -> None:
+def test_a_demonstration_is_recorded_by_the_autopilots_clock(graph: Graph, square_file: str, free_udp_port: int) -> None:
     simulate(graph, free_udp_port)
     graph.start('mavlink_bridge', {
-        'url': f'udpin:127.0.0.1:{free_udp_port}', 'grid_file': grid_file, 'clock': 'autopilot', 'pose_rate_hz': 10.0,
+        'url': f'udpin:127.0.0.1:{free_udp_port}', 'grid_file': square_file, 'clock': 'autopilot', 'pose_rate_hz': 10.0,
     })
-    everybody = {'use_sim_time': True, 'grid_file': grid_file}
+    everybody = {'use_sim_time': True, 'grid_file': square_file}
     graph.start('recorder', everybody)
     until_heard(graph, '/pose', '/recorder', timeout_s=PATIENCE_S)
     clocks = graph.listen('/clock', Clock, qos.COMMAND_DEEP)

@@ -1,9 +1,6 @@
 """The pilot node against a vehicle of plain arithmetic."""
 
-from pathlib import Path
 
-import pytest
-import yaml
 from geometry_msgs.msg import TwistStamped
 from std_msgs.msg import String
 
@@ -12,19 +9,11 @@ from advise_ros.config import PilotConfig
 from advise_ros.core.grid.cell_tracker import CellTracker
 from advise_ros.core.grid.grid import Grid
 from advise_ros.nodes.pilot import flight_choices
-from advise_ros.recording.gridfile import grid_to_mapping
 from advise_ros.ros import qos
 from advise_ros.ros.convert import stamp_to_ns
 from support.graph import Graph
 from support.mock_bridge import MockBridge
 from support.policies import square
-
-
-@pytest.fixture
-def grid_file(tmp_path: Path) -> str:
-    path = tmp_path / 'grid.yaml'
-    path.write_text(yaml.safe_dump({'grid': grid_to_mapping(square())}))
-    return str(path)
 
 
 def moves(grid: Grid, config: PilotConfig, flight: int) -> list[tuple[int, int]]:
@@ -40,13 +29,13 @@ def moving(command: TwistStamped) -> bool:
     return bool(command.twist.linear.x or command.twist.linear.y)
 
 
-def test_two_demonstrations_are_flown_and_the_pilot_leaves(graph: Graph, grid_file: str) -> None:
+def test_two_demonstrations_are_flown_and_the_pilot_leaves(graph: Graph, square_file: str) -> None:
     grid, config = square(), PilotConfig(noise_rate=0.1, seed=3)
     bridge = MockBridge(graph, grid, in_air=False, speedup=20.0)
     told = graph.listen('pilot/status', String, qos.latched(100))
     # A pose that comes late on a busy machine is not what is tried here: its command would have another stamp.
     patient = {'pose_timeout_s': 30.0, 'speed_m_s': 2.0, 'heard_by': ''}
-    pilot = graph.start('pilot', {'grid_file': grid_file, 'flights': 2, 'seed': 3, 'noise_rate': 0.1, **patient})
+    pilot = graph.start('pilot', {'grid_file': square_file, 'flights': 2, 'seed': 3, 'noise_rate': 0.1, **patient})
     assert pilot.wait_exit(60.0) == 0, pilot.text
     assert (bridge.takeoffs, bridge.landings) == (2, 2)
     assert not bridge.strange, 'a command while the vehicle took none'
@@ -59,13 +48,13 @@ def test_two_demonstrations_are_flown_and_the_pilot_leaves(graph: Graph, grid_fi
     assert any('flight 2 of 2: flying, cell [0, 0], next waypoint [2, 0]' in s.data for s in told)
 
 
-def test_a_flight_that_is_given_up_is_recorded_up_to_there(graph: Graph, grid_file: str) -> None:
+def test_a_flight_that_is_given_up_is_recorded_up_to_there(graph: Graph, square_file: str) -> None:
     grid = square()
     bridge = MockBridge(graph, grid, in_air=False, speedup=10.0)
     plan = {'noise_rate': 0.0, 'mistake_share': 0.0, 'max_moves': 5, 'heard_timeout_s': 60.0}
-    pilot = graph.start('pilot', {'grid_file': grid_file, **plan})
+    pilot = graph.start('pilot', {'grid_file': square_file, **plan})
     graph.wait_for('pilot/status', String, lambda s: 'holding until /recorder hears' in s.data, qos.latched())
-    graph.start('recorder', {'grid_file': grid_file})
+    graph.start('recorder', {'grid_file': square_file})
     recorded = graph.wait_for('demonstration', Demonstration, qos=qos.DEMONSTRATIONS)
     assert recorded.end_reason == Demonstration.STOPPED
     assert [grid.cell_of(state) for state in recorded.states] == [0, 1, 2, 5, 8]
@@ -74,19 +63,19 @@ def test_a_flight_that_is_given_up_is_recorded_up_to_there(graph: Graph, grid_fi
     assert grid.cell_at(*bridge.vehicle.position[:2]) == 0
 
 
-def test_a_vehicle_that_refuses_ends_it_with_its_words(graph: Graph, grid_file: str) -> None:
+def test_a_vehicle_that_refuses_ends_it_with_its_words(graph: Graph, square_file: str) -> None:
     bridge = MockBridge(graph, square(), in_air=False)
     bridge.refusal = 'Arm: Compass not calibrated'
-    pilot = graph.start('pilot', {'grid_file': grid_file})
+    pilot = graph.start('pilot', {'grid_file': square_file})
     assert pilot.wait_exit() == 1
     assert 'flight 1 of 1 could not be flown: the vehicle refused 3 times to take off: Arm: Compass' in pilot.text
     assert 'Traceback' not in pilot.text
     assert not bridge.commands + bridge.strange
 
 
-def test_a_vehicle_that_is_taken_away_in_flight_is_not_commanded_any_more(graph: Graph, grid_file: str) -> None:
+def test_a_vehicle_that_is_taken_away_in_flight_is_not_commanded_any_more(graph: Graph, square_file: str) -> None:
     bridge = MockBridge(graph, square(), speedup=5.0)
-    pilot = graph.start('pilot', {'grid_file': grid_file, 'handle_vehicle': False, 'heard_timeout_s': 0.5})
+    pilot = graph.start('pilot', {'grid_file': square_file, 'handle_vehicle': False, 'heard_timeout_s': 0.5})
     graph.wait_until(lambda: any(moving(command) for command in bridge.commands), what='a move')
     assert '/recorder did not count the commands within 0.5 s' in pilot.text
     bridge.in_air = False
@@ -96,8 +85,8 @@ def test_a_vehicle_that_is_taken_away_in_flight_is_not_commanded_any_more(graph:
     assert bridge.takeoffs == bridge.landings == 0
 
 
-def test_it_says_what_is_missing(graph: Graph, grid_file: str) -> None:
-    unarmed = graph.start('pilot', {'grid_file': grid_file, 'vehicle_timeout_s': 1.0})
+def test_it_says_what_is_missing(graph: Graph, square_file: str) -> None:
+    unarmed = graph.start('pilot', {'grid_file': square_file, 'vehicle_timeout_s': 1.0})
     gridless = graph.start('pilot')
     assert unarmed.wait_exit() == 1
     assert 'no vehicle_status came within 1 s; start mavlink_bridge' in unarmed.text

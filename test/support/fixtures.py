@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 
 from support import reserve
 from support.graph import Graph
+from support.learner import write_grid
+from support.policies import square
 
 
 @pytest.fixture
@@ -41,3 +44,9 @@ def free_udp_port() -> int:
 @pytest.fixture
 def free_tcp_port() -> int:
     return reserve.free_tcp_port()
+
+
+@pytest.fixture
+def square_file(tmp_path: Path) -> str:
+    """A grid file of `support.policies.square`."""
+    return write_grid(tmp_path, square())

@@ -59,7 +59,7 @@ def test_counts_are_of_what_outlives_this_process(tmp_path: Path) -> None:
 def test_a_disk_that_fails_to_sync_ends_the_recording_with_its_words(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     writer = begin(tmp_path)
     writer.write(entries(0, 10))
-    until(lambda: writer.counts)
+    until(lambda: writer.counts.get('/words') == 10)
 
     def broken(handle: int) -> None:
         raise OSError(5, 'Input/output error')
