@@ -17,11 +17,11 @@ from rich.live import Live
 
 from advise_ros.config import ConsoleConfig
 from advise_ros.console.board import newer
-from advise_ros.console.desk import Desk
 from advise_ros.console.keyboard import decode
-from advise_ros.console.listener import Listener
+from advise_ros.console.listener import GraphListener
+from advise_ros.console.requests import RequestDispatcher
 from advise_ros.console.screen import screen
-from advise_ros.console.sitting import Sitting
+from advise_ros.console.terminal_session import TerminalSession
 from advise_ros.core.errors import AdviseError
 from advise_ros.exits import INTERRUPTED, OK, fail
 from advise_ros.ros import arguments
@@ -62,8 +62,8 @@ def run(argv: Sequence[str]) -> int:
     node = Node('ask')
     executor = SingleThreadedExecutor()
     executor.add_node(node)
-    listener = Listener(node, ConsoleConfig.silence_s)
-    sitting = Sitting(Desk(node, listener), options.name)
+    listener = GraphListener(node, ConsoleConfig.silence_s)
+    sitting = TerminalSession(RequestDispatcher(node, listener), options.name)
     spin = BackgroundSpin(executor, 'ask')
     try:
         _sit(node, listener, sitting, terminal)
@@ -84,7 +84,7 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
-def _sit(node: Node, listener: Listener, sitting: Sitting, terminal: Terminal) -> None:
+def _sit(node: Node, listener: GraphListener, sitting: TerminalSession, terminal: Terminal) -> None:
     """Draw what changes, do what is typed, until the person leaves or the terminal is gone."""
     service, known, rest = node.resolve_service_name('advise/answer'), {'': 0}, b''
     with Live(console=Console(), screen=True, auto_refresh=False) as live:

@@ -15,8 +15,8 @@ from advise_ros.demo.console import DemoConsole
 from advise_ros.demo.graph import refuse_a_second_graph
 from advise_ros.demo.options import DemoOptions, check_parameters, node_config, share
 from advise_ros.demo.out import out_directory, refuse_a_full_disk, refuse_what_holds_something
-from advise_ros.demo.story import Session, Story
-from advise_ros.demo.summary import Outcome, page_values, rate, table
+from advise_ros.demo.story import DemoSession, Story
+from advise_ros.demo.summary import DemoOutcome, page_values, rate, table
 from advise_ros.demo.trials import TrialPool, trial_settings
 from advise_ros.exits import INTERRUPTED, OK, VERDICT_NO, fail
 from advise_ros.fair_clock import cpu_s
@@ -135,7 +135,7 @@ def _run_story(options: DemoOptions, story: Story, tools: Tools) -> int:
     return _close(options, story, tools, sessions, replay)
 
 
-def _close(options: DemoOptions, story: Story, tools: Tools, sessions: list[Session], replay: Child) -> int:
+def _close(options: DemoOptions, story: Story, tools: Tools, sessions: list[DemoSession], replay: Child) -> int:
     """Wait for what still computes, write the report, print the table."""
     with tools.console.bar('trials on the grid model', options.trials) as bar:
         story.client.wait(
@@ -158,14 +158,14 @@ def _close(options: DemoOptions, story: Story, tools: Tools, sessions: list[Sess
     return OK if outcome.good else VERDICT_NO
 
 
-def story_outcome(options: DemoOptions, story: Story, tools: Tools, sessions: list[Session], replay_code: int) -> Outcome:
+def story_outcome(options: DemoOptions, story: Story, tools: Tools, sessions: list[DemoSession], replay_code: int) -> DemoOutcome:
     """All results of a run in one value."""
     main_session = sessions[0]
     settings = learn_settings(
         replace(node_config(options.params_file, 'advise', AdviseConfig), grid_file='', seed=options.seed),
     )
     trials = tools.pool.results()
-    return Outcome(
+    return DemoOutcome(
         sessions=sessions,
         tracks=story.tracks,
         log=main_session.log,

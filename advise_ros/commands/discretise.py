@@ -25,10 +25,10 @@ from advise_ros.core.grid.grid import Grid
 from advise_ros.core.units import NS
 from advise_ros.exits import INTERRUPTED, OK, USAGE, fail
 from advise_ros.recording.bags import DEFAULT_TOPICS, BagTopics
+from advise_ros.recording.batch import Harvest, ReadTask, harvest, harvest_all
 from advise_ros.recording.dataset import Dataset, save_dataset
 from advise_ros.recording.demofile import save_demonstrations
 from advise_ros.recording.gridfile import load_grid
-from advise_ros.recording.harvest import Harvest, Task, harvest, harvest_all
 from advise_ros.recording.sources import find_recordings
 
 TABLE_COLUMNS = 120  # Where the terminal does not tell its width.
@@ -52,7 +52,7 @@ exit code: 0 all recordings gave demonstrations; 2 wrong usage, or a recording g
 (the demonstrations of the others are written all the same); 130 interrupted, nothing written"""
 
 
-class Outcome(NamedTuple):
+class BatchOutcome(NamedTuple):
     """What became of the recordings: demonstrations, remarks, one sentence for each that failed, and how many each gave."""
 
     demonstrations: list[Demonstration]
@@ -83,7 +83,7 @@ def run(argv: Sequence[str]) -> int:
     return USAGE if outcome.failures else OK
 
 
-def _save(out: str, outcome: Outcome, grid: Grid, settings: DiscretiseSettings) -> None:
+def _save(out: str, outcome: BatchOutcome, grid: Grid, settings: DiscretiseSettings) -> None:
     if Path(out).suffix == '.json':
         save_demonstrations(out, outcome.demonstrations)
         return
@@ -156,10 +156,10 @@ def _topics(options: argparse.Namespace) -> BagTopics:
 
 
 # -- work ------------------------------------------------------------------------------------------
-def _discretise_all(options: argparse.Namespace, grid: Grid, settings: DiscretiseSettings) -> Outcome:
-    outcome = Outcome([], [], [], {})
+def _discretise_all(options: argparse.Namespace, grid: Grid, settings: DiscretiseSettings) -> BatchOutcome:
+    outcome = BatchOutcome([], [], [], {})
     paths = _found(options.paths, outcome)
-    task = Task(grid, settings, _topics(options), options.undivided, options.policy_flights)
+    task = ReadTask(grid, settings, _topics(options), options.undivided, options.policy_flights)
     for one in _harvested(options, paths, task):
         first = len(outcome.demonstrations) + 1
         outcome.demonstrations.extend(
@@ -172,7 +172,7 @@ def _discretise_all(options: argparse.Namespace, grid: Grid, settings: Discretis
     return outcome
 
 
-def _found(paths: Sequence[str], outcome: Outcome) -> list[str]:
+def _found(paths: Sequence[str], outcome: BatchOutcome) -> list[str]:
     found: list[str] = []
     for path in paths:
         try:
@@ -182,7 +182,7 @@ def _found(paths: Sequence[str], outcome: Outcome) -> list[str]:
     return list(dict.fromkeys(found))
 
 
-def _harvested(options: argparse.Namespace, paths: list[str], task: Task) -> list[Harvest]:
+def _harvested(options: argparse.Namespace, paths: list[str], task: ReadTask) -> list[Harvest]:
     columns = (TextColumn('{task.description}'), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     console = Console(stderr=True)
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
@@ -195,7 +195,7 @@ def _harvested(options: argparse.Namespace, paths: list[str], task: Task) -> lis
 
 
 # -- report ----------------------------------------------------------------------------------------
-def _report(outcome: Outcome, grid: Grid, out: str | None) -> None:
+def _report(outcome: BatchOutcome, grid: Grid, out: str | None) -> None:
     console = Console(highlight=False)
     if not console.is_terminal:
         console.width = TABLE_COLUMNS

@@ -15,7 +15,7 @@ from pathlib import Path
 
 from advise_ros.commands import old_parameters
 from advise_ros.commands.checked_vehicle import COMPONENT_ID, CheckedVehicle
-from advise_ros.commands.old_parameters import Kept, OldParameters
+from advise_ros.commands.old_parameters import OldParameters, ParameterChange
 from advise_ros.config import ChecksConfig
 from advise_ros.core.errors import AdviseError, InputError
 from advise_ros.core.guard.fence import fence_around
@@ -213,7 +213,7 @@ class Check:
         vehicle = self._vehicle
         default = f'fly_check-{vehicle.autopilot}-{vehicle.system}-{time.strftime("%Y%m%d-%H%M%S")}.json'
         path = Path(self._options.save or default)
-        kept = tuple(Kept(change.name, vehicle.values[change.name], change.value) for change in changes)
+        kept = tuple(ParameterChange(change.name, vehicle.values[change.name], change.value) for change in changes)
         old_parameters.save(path, OldParameters(vehicle.autopilot, vehicle.system, kept), changes)
         print(f'the old values are saved in {path}')
         return path

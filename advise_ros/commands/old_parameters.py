@@ -14,7 +14,7 @@ from advise_ros.mavlink.findings import Change
 WANTED = '--undo wants the file that --apply named'
 
 
-class Kept(NamedTuple):
+class ParameterChange(NamedTuple):
     """A parameter before and after a change."""
 
     name: str
@@ -27,7 +27,7 @@ class OldParameters(NamedTuple):
 
     autopilot: str
     system: int
-    kept: tuple[Kept, ...]
+    kept: tuple[ParameterChange, ...]
 
     def changes_back(self) -> list[Change]:
         """What puts it back, last first."""
@@ -74,5 +74,5 @@ def load(path: Path) -> OldParameters:
         raise InputError(f'{path} is no file of old parameters ({problem}); {WANTED}') from problem
 
 
-def _kept(entry: dict[str, Any]) -> Kept:
-    return Kept(str(entry['name']), float(entry['old']), float(entry['new']))
+def _kept(entry: dict[str, Any]) -> ParameterChange:
+    return ParameterChange(str(entry['name']), float(entry['old']), float(entry['new']))

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from advise_ros.core.errors import AdviseError, LogError
 from advise_ros.exits import INTERRUPTED, OK, USAGE, VERDICT_NO, fail
-from advise_ros.recording.mend import recover
+from advise_ros.recording.repair import recover
 
 EPILOG = """examples:
   ./advise recover session1                   writes session1_recovered

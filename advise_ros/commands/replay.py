@@ -17,7 +17,7 @@ from advise_ros.replay.against import against, load_baseline
 from advise_ros.replay.check import check
 from advise_ros.replay.junit import to_junit
 from advise_ros.replay.overrides import parse
-from advise_ros.replay.report import Report, show
+from advise_ros.replay.report import ReplayReport, show
 
 REPORT_COLUMNS = 120  # Where the terminal does not tell its width.
 
@@ -64,7 +64,7 @@ def run(argv: Sequence[str]) -> int:
     return OK if report.agrees else VERDICT_NO
 
 
-def _report(options: argparse.Namespace) -> Report:
+def _report(options: argparse.Namespace) -> ReplayReport:
     overrides = parse(options.override)
     if options.live and overrides:
         raise InputError('--live replays what was recorded; leave --override out')

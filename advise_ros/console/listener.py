@@ -15,14 +15,15 @@ from sensor_msgs.msg import BatteryState
 
 from advise_msgs import msg
 from advise_ros.console import views
+from advise_ros.console.advice_history import AdviceHistory
 from advise_ros.console.board import Board
-from advise_ros.console.past import Entry, Past
 from advise_ros.console.settings import LearnerSettings
 from advise_ros.core.advice.advice import Query
 from advise_ros.core.demonstrations.action_counts import count
 from advise_ros.core.demonstrations.demonstration import Demonstration, known, standing
 from advise_ros.core.errors import AdviseError
 from advise_ros.core.grid.grid import Grid
+from advise_ros.recording.sessionfile import LogEntry
 from advise_ros.ros import convert, convert_advice, qos
 
 TICK_S = 0.25
@@ -35,7 +36,7 @@ VISITORS = ('pilot', 'expert', 'teleop')
 LEVELS = {DiagnosticStatus.OK: 'ok', DiagnosticStatus.WARN: 'warn', DiagnosticStatus.ERROR: 'error'}
 
 
-class Listener:
+class GraphListener:
     """Subscribes to what the page shows; everything happens in the thread of the node's executor.
 
     Attributes:
@@ -50,7 +51,7 @@ class Listener:
         self.board = Board()
         self.query: Query | None = None
         self.grid: Grid | None = None
-        self._past = Past()
+        self._past = AdviceHistory()
         self._settings = LearnerSettings(node, self._show_policy)
         self._silence_s = silence_s
         self._demonstrations: tuple[Demonstration, ...] = ()
@@ -161,7 +162,7 @@ class Listener:
             self.board.put('log', views.log_view(self.entries))
 
     @property
-    def entries(self) -> list[Entry]:
+    def entries(self) -> list[LogEntry]:
         """The advice log of the session."""
         return self._past.entries
 

@@ -12,7 +12,7 @@ from rich.text import Text
 
 from advise_ros.console import views
 from advise_ros.console.board import Section
-from advise_ros.console.sitting import Sitting
+from advise_ros.console.terminal_session import TerminalSession
 from advise_ros.console.views import LEVELS
 from advise_ros.ros import calls
 
@@ -35,7 +35,7 @@ PERCENT = 100.0
 LATEST = 6
 
 
-def screen(sections: Mapping[str, Section], sitting: Sitting, service: str, namespace: str) -> RenderableType:
+def screen(sections: Mapping[str, Section], sitting: TerminalSession, service: str, namespace: str) -> RenderableType:
     """Everything that is to be seen now."""
     shown = {name: section.value for name, section in sections.items()}
     parts: list[RenderableType] = [_status(shown)]
@@ -83,7 +83,7 @@ def _is_guard(node: Mapping[str, Any]) -> bool:
     return node['level'] == 'warn' and node['name'] in ('guard', 'mavlink_bridge')
 
 
-def _map(shown: Mapping[str, Any], sitting: Sitting) -> RenderableType:
+def _map(shown: Mapping[str, Any], sitting: TerminalSession) -> RenderableType:
     """One map: number of a waypoint, most flown direction, what the drone would fly; asked cells stand on orange."""
     grid, layer = shown['map'], min(sitting.layer, shown['map']['layers'] - 1)
     size = grid['width'] * grid['height']
@@ -118,10 +118,10 @@ class Look(NamedTuple):
     asked: set[int]
     changed: Mapping[int, int]
     moment: Mapping[int, int]
-    sitting: Sitting
+    sitting: TerminalSession
 
 
-def _moment(shown: Mapping[str, Any], sitting: Sitting, layer: int) -> dict[int, int]:
+def _moment(shown: Mapping[str, Any], sitting: TerminalSession, layer: int) -> dict[int, int]:
     """Cell -> when it was flown, counted from 1, of the moment that is replayed."""
     moments = shown.get('query', {}).get('moments', [])
     if not 0 <= sitting.moment < len(moments) or moments[sitting.moment]['layer'] != layer:
@@ -185,7 +185,7 @@ def _drone_cell(shown: Mapping[str, Any]) -> int:
     return y * grid['width'] + x if 0 <= x < grid['width'] and 0 <= y < grid['height'] else -1
 
 
-def _answer(shown: Mapping[str, Any], sitting: Sitting) -> RenderableType:
+def _answer(shown: Mapping[str, Any], sitting: TerminalSession) -> RenderableType:
     if not shown.get('query', {}).get('id'):
         return Text('Nothing to answer now.')
     out, preview = Text(sitting.sentence + '\n', style='bold'), sitting.preview

@@ -13,9 +13,9 @@ from nicegui import app, background_tasks, ui
 from nicegui.server import Server
 
 from advise_ros.console.board import newer
-from advise_ros.console.desk import Desk
-from advise_ros.console.listener import Listener
+from advise_ros.console.listener import GraphListener
 from advise_ros.console.protection import Gate, Protection
+from advise_ros.console.requests import RequestDispatcher
 from advise_ros.core.errors import InputError
 
 STATIC = Path(__file__).parent / 'static'
@@ -54,9 +54,9 @@ def bind(port: int) -> socket.socket:
 class Page(ui.element, component='static/console.js'):
     """One open browser window."""
 
-    def __init__(self, listener: Listener, desk: Desk) -> None:
+    def __init__(self, listener: GraphListener, dispatcher: RequestDispatcher) -> None:
         super().__init__()
-        self._desk = desk
+        self._dispatcher = dispatcher
         sections = listener.board.sections
         self._at_start = {name: section.version for name, section in sections.items()}
         self.known = dict(self._at_start)
@@ -79,21 +79,23 @@ class Page(ui.element, component='static/console.js'):
         given = event.args
         if not isinstance(given, dict) or not isinstance(given.get('given'), dict):
             return
-        promise = self._desk.act(str(given.get('name')), given['given'])
+        promise = self._dispatcher.act(str(given.get('name')), given['given'])
         reply = await asyncio.wrap_future(promise)
         if not self.is_deleted:
             self.run_method('reply', given.get('id'), reply)
 
 
 class PageServer:
-    """Serves the listener's board to every window, and takes their acts to the desk.
+    """Serves the listener's board to every window, and hands their requests to the dispatcher.
 
     Attributes:
         failure: why it serves no more, empty while it does.
     """
 
-    def __init__(self, listener: Listener, desk: Desk, gate: Gate, bound: socket.socket, rate_hz: float) -> None:
-        self._listener, self._desk, self._bound = listener, desk, bound
+    def __init__(
+        self, listener: GraphListener, dispatcher: RequestDispatcher, gate: Gate, bound: socket.socket, rate_hz: float,
+    ) -> None:
+        self._listener, self._dispatcher, self._bound = listener, dispatcher, bound
         self._period_s = 1.0 / rate_hz
         self._pages: set[Page] = set()
         self.failure = ''
@@ -133,7 +135,7 @@ class PageServer:
     def _open(self) -> None:
         ui.add_css(':root { color-scheme: light dark }')
         ui.add_head_html(HEAD)
-        page = Page(self._listener, self._desk)
+        page = Page(self._listener, self._dispatcher)
         self._pages.add(page)
         ui.context.client.on_delete(lambda: self._pages.discard(page))
 

@@ -22,7 +22,7 @@ from advise_ros.demo.options import DemoOptions
 from advise_ros.demo.tracks import TrackLog
 from advise_ros.demo.trials import trial_settings
 from advise_ros.recording.demofile import save_demonstrations
-from advise_ros.report.pictures import Track
+from advise_ros.report.pictures import FlownTrack
 from advise_ros.ros import convert, convert_advice
 from advise_ros.ros.graph_client import GraphClient
 from advise_ros.supervisor import Child, Supervisor
@@ -36,7 +36,7 @@ ADDRESS = re.compile(r'http://\S+token=\S+')
 
 
 @dataclass(frozen=True)
-class Flight:
+class DemoFlight:
     """One flight of a learnt policy in the simulator."""
 
     seed: int
@@ -48,7 +48,7 @@ class Flight:
 
 
 @dataclass
-class Session:
+class DemoSession:
     """What one learning session left: the values that the report is made of."""
 
     seed: int
@@ -56,7 +56,7 @@ class Session:
     queries: dict[int, AdviceQuery] = field(default_factory=dict)
     policies: dict[int, Policy] = field(default_factory=dict)
     log: tuple[AdviceRecord, ...] = ()
-    flights: list[Flight] = field(default_factory=list)
+    flights: list[DemoFlight] = field(default_factory=list)
 
 
 class Story:
@@ -70,7 +70,7 @@ class Story:
         self._graph = DemoGraph(options, grid, supervisor)
         self._track_log = TrackLog()
         self._address = ''
-        self.tracks: list[Track] = []
+        self.tracks: list[FlownTrack] = []
         self.client = GraphClient('demo', supervisor.check, supervisor.clock)
         self.client.on_pose = self._track_log.on_pose
 
@@ -84,9 +84,9 @@ class Story:
         self.client.close()
 
     # -- sessions ----------------------------------------------------------------------------
-    def flown_session(self, bag: Path) -> Session:
+    def flown_session(self, bag: Path) -> DemoSession:
         """The main session: its demonstrations are flown, and everything is recorded into the bag."""
-        session = Session(self._options.seed)
+        session = DemoSession(self._options.seed)
         logger, recorder = self._graph.start_recording(bag)
         learning = self._graph.start_learning(session.seed, None)
         if self._options.expert == 'human':
@@ -98,10 +98,10 @@ class Story:
         self._supervisor.stop(recorder, *learning)
         return session
 
-    def model_session(self, seed: int, directory: Path) -> Session:
+    def model_session(self, seed: int, directory: Path) -> DemoSession:
         """A further seed: demonstrations come from the grid model, the policies fly in the simulator."""
         self.client.forget_session()
-        session = Session(seed, fly(self.grid, trial_settings(self._options), np.random.default_rng(seed)))
+        session = DemoSession(seed, fly(self.grid, trial_settings(self._options), np.random.default_rng(seed)))
         path = directory / f'demonstrations-{seed}.json'
         save_demonstrations(path, session.demonstrations)
         learning = self._graph.start_learning(seed, path)
@@ -109,7 +109,7 @@ class Story:
         self._supervisor.stop(*learning)
         return session
 
-    def _fly_demonstrations(self, session: Session) -> None:
+    def _fly_demonstrations(self, session: DemoSession) -> None:
         wanted = self._options.flights
         self.client.wait('recorder and logger to hear positions', self._positions_are_heard, STEP_PATIENCE_S)
         pilot = self._graph.start_pilot()
@@ -128,14 +128,14 @@ class Story:
         for demonstration in session.demonstrations:
             positions = self._track_log.between(*demonstration.window_ns)
             reached = demonstration.end_reason == EndReason.FINAL_WAYPOINT
-            self.tracks.append(Track('demonstration', demonstration.demonstration_id, positions, reached))
+            self.tracks.append(FlownTrack('demonstration', demonstration.demonstration_id, positions, reached))
         moves = sum(len(demonstration.states) for demonstration in session.demonstrations)
         self._console.say(f'{wanted} rough demonstrations flown and recorded, {moves} moves')
 
     def _positions_are_heard(self) -> bool:
         return self.client.is_heard('pose', *LISTENERS)
 
-    def _before_and_after(self, session: Session) -> None:
+    def _before_and_after(self, session: DemoSession) -> None:
         self._wait_for_policy(session)
         self._fly_policy(session, 'before')
         expert = self._start_expert(session)
@@ -159,7 +159,7 @@ class Story:
     def _answers(self) -> int:
         return self.client.learner.answers if self.client.learner is not None else 0
 
-    def _wait_for_policy(self, session: Session) -> None:
+    def _wait_for_policy(self, session: DemoSession) -> None:
         def learnt() -> bool:
             status = self.client.learner
             if status is not None and status.phase == LearnerStatus.FAILED:
@@ -173,7 +173,7 @@ class Story:
 
         self.client.wait('a policy learnt from all demonstrations', learnt, STEP_PATIENCE_S)
 
-    def _start_expert(self, session: Session) -> Child | None:
+    def _start_expert(self, session: DemoSession) -> Child | None:
         """The simulated expert, or None: a person answers, on the page or by service call."""
         if self._options.expert == 'simulated':
             return self._graph.start_expert(session.seed)
@@ -191,19 +191,19 @@ class Story:
         browser.show(self._address)
 
     # -- flying ------------------------------------------------------------------------------
-    def _fly_policy(self, session: Session, policy: str) -> None:
+    def _fly_policy(self, session: DemoSession, policy: str) -> None:
         self.client.take_off(STEP_PATIENCE_S)
         result = self.client.fly(self.grid.waypoints[-1], FLIGHT_PATIENCE_S)
         positions = self._track_log.between(self.client.flying_since_ns, self._track_log.last_stamp_ns())
-        self.tracks.append(Track(policy, f'seed {session.seed}', positions, result.success))
+        self.tracks.append(FlownTrack(policy, f'seed {session.seed}', positions, result.success))
         session.flights.append(_flight(session.seed, policy, result))
         mark = '[green]reached the end[/green]' if result.success else '[red]did not reach the end[/red]'
         self._console.say(f'seed {session.seed}, {policy} advice: {mark} ({result.message})')
         self.client.land(STEP_PATIENCE_S)
 
 
-def _flight(seed: int, policy: str, result: Fly.Result) -> Flight:
-    return Flight(seed, policy, bool(result.success), int(result.steps), float(result.seconds), str(result.message))
+def _flight(seed: int, policy: str, result: Fly.Result) -> DemoFlight:
+    return DemoFlight(seed, policy, bool(result.success), int(result.steps), float(result.seconds), str(result.message))
 
 
 class _HumanPrompt:

@@ -15,7 +15,7 @@ from scipy.stats import binomtest
 from advise_ros.core.advice.advice import AdviceRecord, Verdict, active
 from advise_ros.core.grid.grid import N_ACTIONS, Action
 from advise_ros.core.learning.learner import Learned
-from advise_ros.demo.story import Flight, Session
+from advise_ros.demo.story import DemoFlight, DemoSession
 from advise_ros.report import pictures
 from advise_ros.ros import convert
 
@@ -37,7 +37,7 @@ class Rate:
 
 
 @dataclass(frozen=True)
-class Outcome:
+class DemoOutcome:
     """All that a run has to show.
 
     Attributes:
@@ -47,8 +47,8 @@ class Outcome:
         by_person: whether a person answered; then every figure comes from the person's answers, those of the trials too.
     """
 
-    sessions: Sequence[Session]
-    tracks: Sequence[pictures.Track]
+    sessions: Sequence[DemoSession]
+    tracks: Sequence[pictures.FlownTrack]
     log: tuple[AdviceRecord, ...]
     before: Learned
     after: Learned
@@ -62,7 +62,7 @@ class Outcome:
     bag: Path
 
     @property
-    def flights(self) -> list[Flight]:
+    def flights(self) -> list[DemoFlight]:
         return [flight for session in self.sessions for flight in session.flights]
 
     @property
@@ -83,7 +83,7 @@ def rate(successes: Sequence[bool]) -> Rate:
     return Rate(done, trials, PERCENT * done / trials, PERCENT * interval.low, PERCENT * interval.high)
 
 
-def table(outcome: Outcome) -> Table:
+def table(outcome: DemoOutcome) -> Table:
     """The closing table: before and after advice."""
     rows = Table(title='Does asking help?', title_justify='left', header_style='bold')
     for heading in ('', 'without advice', 'with advice'):
@@ -100,13 +100,13 @@ def table(outcome: Outcome) -> Table:
     return rows
 
 
-def _flown(flights: Sequence[Flight], policy: str) -> str:
+def _flown(flights: Sequence[DemoFlight], policy: str) -> str:
     flown = [flight for flight in flights if flight.policy == policy]
     return f'{sum(flight.success for flight in flown)} of {len(flown)} flights'
 
 
 # -- the report page -------------------------------------------------------------------------
-def page_values(outcome: Outcome) -> dict[str, Any]:
+def page_values(outcome: DemoOutcome) -> dict[str, Any]:
     """Everything that report/page.html shows."""
     main = outcome.sessions[0]
     trials = outcome.rate_before.trials
@@ -136,13 +136,13 @@ def page_values(outcome: Outcome) -> dict[str, Any]:
     }
 
 
-def _trial_answers(outcome: Outcome) -> str:
+def _trial_answers(outcome: DemoOutcome) -> str:
     if outcome.by_person:
         return f'the {outcome.answers_mean:.0f} answers that you gave in this session'
     return f'{outcome.answers_mean:.1f} answers of a simulated expert on average'
 
 
-def _tiles(outcome: Outcome) -> list[dict[str, str]]:
+def _tiles(outcome: DemoOutcome) -> list[dict[str, str]]:
     word, mood = ('equal', 'good') if outcome.replay_equal else ('differs', 'bad')
     return [
         {'value': f'{outcome.rate_before.mean:.0f} %', 'label': 'reach the end without advice', 'mood': 'bad'},
@@ -153,7 +153,7 @@ def _tiles(outcome: Outcome) -> list[dict[str, str]]:
     ]
 
 
-def _layers(outcome: Outcome) -> Any:
+def _layers(outcome: DemoOutcome) -> Any:
     before, after = outcome.before, outcome.after
     visits = np.asarray(before.visits, dtype=np.float64)
     seen = np.where(visits[:, None] > 0, before.demonstrated, 0.0)
@@ -174,7 +174,7 @@ def _nothing(_state: int) -> None:
     """No colour."""
 
 
-def _success(outcome: Outcome) -> Any:
+def _success(outcome: DemoOutcome) -> Any:
     return pictures.success_figure(
         [
             (name, r.mean, r.low, r.high)
@@ -183,7 +183,7 @@ def _success(outcome: Outcome) -> Any:
     )
 
 
-def _question(session: Session, record: AdviceRecord, shown: Mapping[str, str]) -> dict[str, str]:
+def _question(session: DemoSession, record: AdviceRecord, shown: Mapping[str, str]) -> dict[str, str]:
     query = session.queries.get(record.query_id)
     return {
         'number': str(record.query_id), 'question': query.question if query else '', 'answer': answer_text(record),
@@ -195,7 +195,7 @@ def _picture_name(record: AdviceRecord) -> str:
     return f'question_{record.query_id}_svg'
 
 
-def _asked_pictures(session: Session, records: Sequence[AdviceRecord]) -> dict[str, str]:
+def _asked_pictures(session: DemoSession, records: Sequence[AdviceRecord]) -> dict[str, str]:
     """What the person saw of each question, as a picture a question: `question_3_svg`."""
     seen = {}
     for record in records:
@@ -217,7 +217,7 @@ def answer_text(record: AdviceRecord) -> str:
     return f'{preferred}; not {avoided} ({record.expert_id})'
 
 
-def _flight_row(flight: Flight) -> dict[str, str]:
+def _flight_row(flight: DemoFlight) -> dict[str, str]:
     return {
         'seed': str(flight.seed), 'policy': f'{flight.policy} advice', 'steps': str(flight.steps),
         'result': 'reached the end' if flight.success else flight.message,

@@ -14,9 +14,9 @@ from advise_ros.mavlink import messages as mav
 from advise_ros.mavlink.machine import Machine, Step
 from advise_ros.mavlink.messages import Message
 from advise_ros.mavlink.ownership import Holder
-from advise_ros.mavlink.requests import Goal, Progress, Request
+from advise_ros.mavlink.requests import Goal, GoalRequest, Progress
 from advise_ros.mavlink.setpoint_watch import SetpointWatch
-from advise_ros.mavlink.task import Phase
+from advise_ros.mavlink.task import GoalPhase
 from advise_ros.mavlink.vehicle import Vehicle
 
 GUIDED, LAND = 4, 9
@@ -66,11 +66,11 @@ class ArduPilot(Machine):
         self._targets = SetpointWatch()
         self._settled_s = 0.0
 
-    def steps(self) -> dict[Phase, Step]:
+    def steps(self) -> dict[GoalPhase, Step]:
         return {
-            Phase.READY: self._await_ready, Phase.MODE: self._set_mode, Phase.ARM: self._arm,
-            Phase.TAKEOFF: self._take_off, Phase.CLIMB: self._climb, Phase.DOWN: self._come_down,
-            Phase.SETTLE: self._settle,
+            GoalPhase.READY: self._await_ready, GoalPhase.MODE: self._set_mode, GoalPhase.ARM: self._arm,
+            GoalPhase.TAKEOFF: self._take_off, GoalPhase.CLIMB: self._climb, GoalPhase.DOWN: self._come_down,
+            GoalPhase.SETTLE: self._settle,
         }
 
     def wanted(self) -> tuple[tuple[int, float], ...]:
@@ -121,12 +121,12 @@ class ArduPilot(Machine):
         target = self._vehicle.target
         return [] if target is None else [self.setpoint(target, (0.0, 0.0, 0.0), 0.0, now_s, '')]
 
-    def _begin_own(self, request: Request, now_s: float) -> list[Message]:
-        self._task.enter(Phase.SETTLE, now_s)
+    def _begin_own(self, request: GoalRequest, now_s: float) -> list[Message]:
+        self._task.enter(GoalPhase.SETTLE, now_s)
         self._claim()
         return self._settle(request, now_s)
 
-    def _settle(self, request: Request, now_s: float) -> list[Message]:
+    def _settle(self, request: GoalRequest, now_s: float) -> list[Message]:
         if now_s - self._task.phase_s >= (SETTLE_S if self._targets.seen else UNSEEN_S):
             request.answer(True, 'taken over; it stands until it is commanded')
             self._task.finish(failed=False)
@@ -135,9 +135,9 @@ class ArduPilot(Machine):
         self._settled_s = now_s
         return self._stand(now_s)
 
-    def _await_ready(self, request: Request, now_s: float) -> list[Message]:
+    def _await_ready(self, request: GoalRequest, now_s: float) -> list[Message]:
         if self.ready:
-            self._task.enter(Phase.MODE, now_s)
+            self._task.enter(GoalPhase.MODE, now_s)
             return self._set_mode(request, now_s)
         self._task.wait_ready(self.missing(), self._ready_timeout_s, now_s)
         return self._ask_prearm(now_s) if self._task.request is not None else []
@@ -149,15 +149,15 @@ class ArduPilot(Machine):
         self._prearm_asked_s = now_s
         return [mav.command(self._vehicle.target, mav.CMD_RUN_PREARM_CHECKS)]
 
-    def _armed(self, request: Request, now_s: float) -> list[Message]:
+    def _armed(self, request: GoalRequest, now_s: float) -> list[Message]:
         """At once: an armed vehicle on the ground disarms itself."""
-        self._task.enter(Phase.TAKEOFF, now_s)
+        self._task.enter(GoalPhase.TAKEOFF, now_s)
         return self._take_off(request, now_s)
 
-    def _take_off(self, request: Request, now_s: float) -> list[Message]:
+    def _take_off(self, request: GoalRequest, now_s: float) -> list[Message]:
         if self._vehicle.in_air:  # By the state: a repeated command fails in the air.
             request.answer(True, f'taking off to {request.altitude_m:g} m')
-            self._task.enter(Phase.CLIMB, now_s)
+            self._task.enter(GoalPhase.CLIMB, now_s)
             self._still_since_s = now_s
             return self._climb(request, now_s)
         if self._answer_of('take-off', now_s) is Progress.ACCEPTED:
@@ -166,7 +166,7 @@ class ArduPilot(Machine):
             return []
         return self._task.send(now_s, mav.CMD_TAKEOFF, 0, 0, 0, 0, 0, 0, request.altitude_m)
 
-    def _climb(self, request: Request, now_s: float) -> list[Message]:
+    def _climb(self, request: GoalRequest, now_s: float) -> list[Message]:
         vehicle = self._vehicle
         if vehicle.landed_state == mav.ON_GROUND or (not vehicle.armed and now_s - self._task.phase_s > ARMED_LAG_S):
             self._task.finish(f'take-off ended on the ground{self._task.said}')
@@ -174,7 +174,7 @@ class ArduPilot(Machine):
             self._task.finish(failed=False)
         return []
 
-    def _altitude_reached(self, request: Request, now_s: float) -> bool:
+    def _altitude_reached(self, request: GoalRequest, now_s: float) -> bool:
         vehicle = self._vehicle
         if vehicle.landed_state != mav.IN_AIR or vehicle.motion is None:
             self._still_since_s = now_s

@@ -13,9 +13,9 @@ from advise_ros.mavlink.ardupilot import ArduPilot
 from advise_ros.mavlink.estimator import Estimator
 from advise_ros.mavlink.machine import Machine
 from advise_ros.mavlink.messages import Message
-from advise_ros.mavlink.px4 import Px4
+from advise_ros.mavlink.px4 import Px4Machine
 from advise_ros.mavlink.rates import RateWatch
-from advise_ros.mavlink.requests import Goal, Request
+from advise_ros.mavlink.requests import Goal, GoalRequest
 from advise_ros.mavlink.timesync import Timesync
 from advise_ros.mavlink.vehicle import Address, Motion, Vehicle
 
@@ -52,7 +52,7 @@ class Settings:
     ready_timeout_s: float = MavlinkBridgeConfig.ready_timeout_s
 
 
-MACHINES: dict[int, type[Machine]] = {mav.AUTOPILOT_ARDUPILOT: ArduPilot, mav.AUTOPILOT_PX4: Px4}
+MACHINES: dict[int, type[Machine]] = {mav.AUTOPILOT_ARDUPILOT: ArduPilot, mav.AUTOPILOT_PX4: Px4Machine}
 
 
 class Companion:
@@ -65,7 +65,7 @@ class Companion:
             wanted_system=settings.target_system,
         )
         self._machine: Machine | None = None
-        self._open: Request | None = None
+        self._open: GoalRequest | None = None
         self._heartbeat_s = -math.inf
         self._rates = RateWatch(self.vehicle)
         self.timesync = Timesync()
@@ -140,9 +140,9 @@ class Companion:
             request.answer(True, f'{request.goal.value} is under way; waiting for: {self.status(now_s).waiting_for}')
 
     # -- requests ----------------------------------------------------------------------------
-    def ask(self, goal: Goal, now_s: float, altitude_m: float = 0.0) -> Request:
+    def ask(self, goal: Goal, now_s: float, altitude_m: float = 0.0) -> GoalRequest:
         """Begin a goal; its reply is set at once or by a later step, within REPLY_S."""
-        request = Request(goal, now_s, altitude_m)
+        request = GoalRequest(goal, now_s, altitude_m)
         if self._machine is None or not self.vehicle.connected(now_s):
             request.answer(False, f'{goal.value} refused: {self._no_link()}')
             return request

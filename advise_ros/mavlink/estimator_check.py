@@ -39,7 +39,7 @@ RATIOS = {
 FIX_3D, FEW_SATELLITES, POOR_HDOP, UNKNOWN_EPH = 3, 6, 2.5, 0xFFFF
 
 
-class Report(NamedTuple):
+class EstimatorReport(NamedTuple):
     """One message of the estimator: flags, and ratio by sensor."""
 
     at_s: float
@@ -52,7 +52,7 @@ class EstimatorWatch:
 
     def __init__(self, autopilot: str) -> None:
         self._autopilot = autopilot
-        self._reports: deque[Report] = deque()
+        self._reports: deque[EstimatorReport] = deque()
         self._gps: Message | None = None
 
     @property
@@ -68,7 +68,7 @@ class EstimatorWatch:
         elif message.get_msgId() == ESTIMATOR[self._autopilot]:
             fields = RATIOS[self._autopilot]
             ratios = {sensor: float(getattr(message, name)) for name, sensor in fields.items()}
-            self._reports.append(Report(now_s, int(message.flags), ratios))
+            self._reports.append(EstimatorReport(now_s, int(message.flags), ratios))
         while self._reports and self._reports[0].at_s < now_s - WINDOW_S:
             self._reports.popleft()
 

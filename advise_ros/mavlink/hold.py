@@ -28,7 +28,7 @@ PROMPT_S = 0.25
 FORGET_S = 0.5
 
 
-class Wanted(NamedTuple):
+class HoldTarget(NamedTuple):
     """What to ask for in ENU: of each axis its place (metres) or, where that is None, its velocity (metres a second)."""
 
     place_enu_m: tuple[float | None, float | None, float | None]
@@ -46,7 +46,7 @@ class Hold:
         self._height_m: float | None = None
         self._asked_s = self._plan_s = self._height_s = -math.inf
 
-    def wanted(self, velocity_enu_m_s: Vector, motion: Motion | None, now_s: float, *, prompt: bool = False) -> Wanted:
+    def wanted(self, velocity_enu_m_s: Vector, motion: Motion | None, now_s: float, *, prompt: bool = False) -> HoldTarget:
         """What to ask for instead of a velocity.
 
         Args:
@@ -59,18 +59,18 @@ class Hold:
             self._plan = self._height_m = None
         self._asked_s = now_s
         if motion is None:
-            return Wanted(NO_PLACE, velocity_enu_m_s)
+            return HoldTarget(NO_PLACE, velocity_enu_m_s)
         east, north, up = velocity_enu_m_s
         self._hold_plan(motion, now_s, moves=bool(east or north))
         self._hold_height(motion, now_s, moves=bool(up))
         x, y, z = motion.position_enu_m
         height_m = None if self._height_m is None else _stiff(self._height_m, z, now_s - self._height_s, prompt)
         if self._plan is None:
-            return Wanted((None, None, height_m), velocity_enu_m_s)
+            return HoldTarget((None, None, height_m), velocity_enu_m_s)
         # A place in plan beside a velocity up was never tried on a real one: the height runs ahead instead.
         held_s = now_s - self._plan_s
         plan = _stiff(self._plan[0], x, held_s, prompt), _stiff(self._plan[1], y, held_s, prompt)
-        return Wanted((*plan, z + LEAD_S * up if height_m is None else height_m), velocity_enu_m_s)
+        return HoldTarget((*plan, z + LEAD_S * up if height_m is None else height_m), velocity_enu_m_s)
 
     def _hold_plan(self, motion: Motion, now_s: float, *, moves: bool) -> None:
         (x, y, _), (vx, vy, _) = motion.position_enu_m, motion.velocity_enu_m_s

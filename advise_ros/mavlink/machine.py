@@ -10,15 +10,15 @@ from advise_ros.core.units import Vector
 from advise_ros.mavlink import messages as mav
 from advise_ros.mavlink.messages import Message
 from advise_ros.mavlink.ownership import FailsafeWatch, Holder, Ownership
-from advise_ros.mavlink.refusals import Situation, refusal
-from advise_ros.mavlink.requests import Goal, Progress, Request
-from advise_ros.mavlink.task import Phase, Task
+from advise_ros.mavlink.refusals import VehicleSituation, refusal
+from advise_ros.mavlink.requests import Goal, GoalRequest, Progress
+from advise_ros.mavlink.task import GoalPhase, GoalTask
 from advise_ros.mavlink.vehicle import Vehicle
 
 # Longest time from a command that was accepted to its effect.
 EFFECT_S = 15.0
 
-Step = Callable[[Request, float], list[Message]]
+Step = Callable[[GoalRequest, float], list[Message]]
 
 
 class Machine(ABC):
@@ -49,7 +49,7 @@ class Machine(ABC):
     def __init__(self, vehicle: Vehicle, ready_timeout_s: float) -> None:
         self._vehicle = vehicle
         self._ready_timeout_s = ready_timeout_s
-        self._task = Task(vehicle)
+        self._task = GoalTask(vehicle)
         self._steps = self.steps()
         self._ownership = Ownership()
         self._failsafe = FailsafeWatch()
@@ -57,7 +57,7 @@ class Machine(ABC):
 
     # -- what differs ------------------------------------------------------------------------
     @abstractmethod
-    def steps(self) -> dict[Phase, Step]:
+    def steps(self) -> dict[GoalPhase, Step]:
         """What is done in each phase."""
 
     @abstractmethod
@@ -70,11 +70,11 @@ class Machine(ABC):
         """It flies, and is not in a manoeuvre of its own that a setpoint would end."""
 
     @abstractmethod
-    def _armed(self, request: Request, now_s: float) -> list[Message]:
+    def _armed(self, request: GoalRequest, now_s: float) -> list[Message]:
         """Go on with a take-off whose arming was accepted."""
 
     @abstractmethod
-    def _begin_own(self, request: Request, now_s: float) -> list[Message]:
+    def _begin_own(self, request: GoalRequest, now_s: float) -> list[Message]:
         """Go on with a take-over whose mode is set."""
 
     @abstractmethod
@@ -124,13 +124,13 @@ class Machine(ABC):
     @property
     def progressing(self) -> bool:
         """A goal is under way, and waits for nothing but its own effect."""
-        return self._task.request is not None and self._task.phase is not Phase.READY
+        return self._task.request is not None and self._task.phase is not GoalPhase.READY
 
     @property
     def waiting_for(self) -> str:
         """What is missing for the next step, '' if nothing."""
         if self._task.request is not None:
-            lacking = ', '.join(self.missing()) if self._task.phase is Phase.READY else ''
+            lacking = ', '.join(self.missing()) if self._task.phase is GoalPhase.READY else ''
             return lacking or str(self._task.phase.value)
         if self._task.failure:
             return f'another try: {self._task.failure}{self._way_back()}'
@@ -162,10 +162,10 @@ class Machine(ABC):
         return self.intervals
 
     # -- requests ----------------------------------------------------------------------------
-    def ask(self, request: Request) -> None:
+    def ask(self, request: GoalRequest) -> None:
         """Begin a goal, or refuse it; one that is under way is given up."""
         task, armed = self._task, self._vehicle.armed
-        why = refusal(request.goal, Situation(
+        why = refusal(request.goal, VehicleSituation(
             task, self._vehicle, self.holder is Holder.OURS, self.commandable, self.waiting_for, self._lost, self._has_it,
         ))
         if why:
@@ -177,10 +177,10 @@ class Machine(ABC):
         if not armed and (request.goal is Goal.LAND or (request.goal is Goal.DISARM and given_up)):
             task.finish(f'disarmed already{given_up}', failed=False)
 
-    def _first_phase(self, goal: Goal) -> Phase:
+    def _first_phase(self, goal: Goal) -> GoalPhase:
         if goal is Goal.TAKE_OVER:
-            return Phase.STREAM if self.streams else Phase.MODE
-        return {Goal.TAKEOFF: Phase.READY, Goal.LAND: Phase.MODE}.get(goal, Phase.ARM)
+            return GoalPhase.STREAM if self.streams else GoalPhase.MODE
+        return {Goal.TAKEOFF: GoalPhase.READY, Goal.LAND: GoalPhase.MODE}.get(goal, GoalPhase.ARM)
 
     def lose_link(self) -> None:
         """The link is lost: goals end, nothing is repeated when it comes back."""
@@ -211,7 +211,7 @@ class Machine(ABC):
             self._task.failure = ''  # However it came to fly, it does.
         if self._task.request is None:
             return []
-        if self._task.phase in (Phase.MODE, Phase.TAKEOFF) and now_s - self._task.phase_s > EFFECT_S:
+        if self._task.phase in (GoalPhase.MODE, GoalPhase.TAKEOFF) and now_s - self._task.phase_s > EFFECT_S:
             self._task.give_up(f'no {self._task.phase.value} after {EFFECT_S:g} s')
             return []
         return self._steps[self._task.phase](self._task.request, now_s)
@@ -246,7 +246,7 @@ class Machine(ABC):
     def _answer_of(self, what: str, now_s: float) -> Progress:
         return self._task.answer_of(what, () if self.ready else self.missing(), now_s)
 
-    def _set_mode(self, request: Request, now_s: float) -> list[Message]:
+    def _set_mode(self, request: GoalRequest, now_s: float) -> list[Message]:
         wanted = self.land_mode if request.goal is Goal.LAND else self.own_mode
         if self._vehicle.custom_mode == wanted:
             return self._mode_is_set(request, now_s)
@@ -255,17 +255,17 @@ class Machine(ABC):
             return []
         return self._task.send(now_s, mav.CMD_SET_MODE, 1, *self.mode_params[wanted])
 
-    def _mode_is_set(self, request: Request, now_s: float) -> list[Message]:
+    def _mode_is_set(self, request: GoalRequest, now_s: float) -> list[Message]:
         if request.goal is Goal.LAND:
             request.answer(True, 'landing')
-            self._task.enter(Phase.DOWN, now_s)
+            self._task.enter(GoalPhase.DOWN, now_s)
             return []
         if request.goal is Goal.TAKE_OVER:
             return self._begin_own(request, now_s)
-        self._task.enter(Phase.ARM, now_s)
-        return self._steps[Phase.ARM](request, now_s)
+        self._task.enter(GoalPhase.ARM, now_s)
+        return self._steps[GoalPhase.ARM](request, now_s)
 
-    def _arm(self, request: Request, now_s: float) -> list[Message]:
+    def _arm(self, request: GoalRequest, now_s: float) -> list[Message]:
         wanted = request.goal is not Goal.DISARM
         done = self._vehicle.armed == wanted or self._answer_of(request.goal.value, now_s) is Progress.ACCEPTED
         if self._task.request is None:
@@ -278,7 +278,7 @@ class Machine(ABC):
         self._task.finish(failed=False)
         return []
 
-    def _come_down(self, request: Request, now_s: float) -> list[Message]:
+    def _come_down(self, request: GoalRequest, now_s: float) -> list[Message]:
         vehicle = self._vehicle
         if not vehicle.armed:
             self._task.finish(failed=False)

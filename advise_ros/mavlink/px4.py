@@ -19,8 +19,8 @@ from advise_ros.mavlink.hold import NO_PLACE, PROMPT_S, Hold
 from advise_ros.mavlink.machine import Machine, Step
 from advise_ros.mavlink.messages import Message
 from advise_ros.mavlink.ownership import Holder
-from advise_ros.mavlink.requests import Goal, Request
-from advise_ros.mavlink.task import Phase
+from advise_ros.mavlink.requests import Goal, GoalRequest
+from advise_ros.mavlink.task import GoalPhase
 from advise_ros.mavlink.vehicle import Vehicle
 
 # custom_mode is main mode << 16 | sub mode << 24.
@@ -42,7 +42,7 @@ ALTITUDE_TOLERANCE_M = 0.3
 CLIMB_S, CLIMB_S_PER_M = 20.0, 5.0
 
 
-class Px4(Machine):
+class Px4Machine(Machine):
     """READY -> STREAM -> MODE (OFFBOARD) -> ARM -> CLIMB by velocity, then setpoints; MODE (LAND) -> DOWN.
 
     A take-over: STREAM -> MODE (OFFBOARD).
@@ -62,10 +62,10 @@ class Px4(Machine):
         self._streamed_s = -math.inf
         self._hold = Hold()
 
-    def steps(self) -> dict[Phase, Step]:
+    def steps(self) -> dict[GoalPhase, Step]:
         return {
-            Phase.READY: self._await_ready, Phase.STREAM: self._begin_stream, Phase.MODE: self._set_mode,
-            Phase.ARM: self._arm, Phase.CLIMB: self._climb, Phase.DOWN: self._come_down,
+            GoalPhase.READY: self._await_ready, GoalPhase.STREAM: self._begin_stream, GoalPhase.MODE: self._set_mode,
+            GoalPhase.ARM: self._arm, GoalPhase.CLIMB: self._climb, GoalPhase.DOWN: self._come_down,
         }
 
     def missing(self) -> tuple[str, ...]:
@@ -89,7 +89,7 @@ class Px4(Machine):
         """Hold, in a climb too: the end of the stream would be a loss, which by default makes it sink or return."""
         landing = self._task.goal_is(Goal.LAND)
         # That it is armed shows only in the next heartbeat.
-        climbs = self._task.goal_is(Goal.TAKEOFF) and self._task.phase is Phase.CLIMB
+        climbs = self._task.goal_is(Goal.TAKEOFF) and self._task.phase is GoalPhase.CLIMB
         ours = climbs or (self._vehicle.armed and self.holder is Holder.OURS)
         if self._vehicle.target is None or landing or not ours or self._vehicle.custom_mode != OFFBOARD:
             return []
@@ -125,40 +125,40 @@ class Px4(Machine):
         self._streamed_s = now_s
         return self._setpoint(now_s, up_m_s)
 
-    def _await_ready(self, request: Request, now_s: float) -> list[Message]:
+    def _await_ready(self, request: GoalRequest, now_s: float) -> list[Message]:
         if self.ready:
-            self._task.enter(Phase.STREAM, now_s)
+            self._task.enter(GoalPhase.STREAM, now_s)
             return self._stream(now_s)
         self._task.wait_ready(self.missing(), self._ready_timeout_s, now_s)
         streams = self._task.request is not None and self._vehicle.custom_mode == OFFBOARD
         return self._stream(now_s) if streams else []
 
-    def _begin_own(self, request: Request, now_s: float) -> list[Message]:
+    def _begin_own(self, request: GoalRequest, now_s: float) -> list[Message]:
         self._claim()
         request.answer(True, 'taken over; it stands until it is commanded')
         self._task.finish(failed=False)
         return self._stream(now_s)
 
-    def _begin_stream(self, request: Request, now_s: float) -> list[Message]:
+    def _begin_stream(self, request: GoalRequest, now_s: float) -> list[Message]:
         if now_s - self._task.phase_s >= STREAM_S:
-            self._task.enter(Phase.MODE, now_s)
+            self._task.enter(GoalPhase.MODE, now_s)
         return self._stream(now_s)
 
-    def _set_mode(self, request: Request, now_s: float) -> list[Message]:
+    def _set_mode(self, request: GoalRequest, now_s: float) -> list[Message]:
         """A landing ends the stream, so that nothing leads back to OFFBOARD."""
         stream = [] if request.goal is Goal.LAND else self._stream(now_s)
         return [*stream, *super()._set_mode(request, now_s)]
 
-    def _arm(self, request: Request, now_s: float) -> list[Message]:
+    def _arm(self, request: GoalRequest, now_s: float) -> list[Message]:
         stream = self._stream(now_s) if request.goal is Goal.TAKEOFF else []
         return [*stream, *super()._arm(request, now_s)]
 
-    def _armed(self, request: Request, now_s: float) -> list[Message]:
+    def _armed(self, request: GoalRequest, now_s: float) -> list[Message]:
         request.answer(True, f'taking off to {request.altitude_m:g} m')
-        self._task.enter(Phase.CLIMB, now_s)
+        self._task.enter(GoalPhase.CLIMB, now_s)
         return []
 
-    def _climb(self, request: Request, now_s: float) -> list[Message]:
+    def _climb(self, request: GoalRequest, now_s: float) -> list[Message]:
         if now_s - self._task.phase_s > CLIMB_S + CLIMB_S_PER_M * request.altitude_m:
             self._task.give_up(f'the altitude was not reached in time{self._task.said}')
             return []

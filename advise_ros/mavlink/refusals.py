@@ -6,14 +6,14 @@ from typing import NamedTuple
 
 from advise_ros.mavlink import messages as mav
 from advise_ros.mavlink.requests import Goal
-from advise_ros.mavlink.task import Task
+from advise_ros.mavlink.task import GoalTask
 from advise_ros.mavlink.vehicle import Vehicle
 
 TAKES_OVER = 'mavlink_bridge/take_over takes it over'
 TAKES_OFF = 'mavlink_bridge/takeoff takes off'
 
 
-class Situation(NamedTuple):
+class VehicleSituation(NamedTuple):
     """How things are.
 
     Attributes:
@@ -25,7 +25,7 @@ class Situation(NamedTuple):
         failsafe: that has it, in words, '' if none.
     """
 
-    task: Task
+    task: GoalTask
     vehicle: Vehicle
     ours: bool
     commandable: bool
@@ -34,7 +34,7 @@ class Situation(NamedTuple):
     failsafe: str
 
 
-def refusal(goal: Goal, now: Situation) -> str:
+def refusal(goal: Goal, now: VehicleSituation) -> str:
     """Why a goal is refused, '' if it can begin."""
     if goal is Goal.TAKEOFF:
         return _of_take_off(now)
@@ -47,7 +47,7 @@ def refusal(goal: Goal, now: Situation) -> str:
     return ''
 
 
-def _of_take_off(now: Situation) -> str:
+def _of_take_off(now: VehicleSituation) -> str:
     vehicle, task = now.vehicle, now.task
     if task.goal_is(Goal.TAKEOFF, Goal.TAKE_OVER):
         return f'a {task.goal} is under way; it waits for {now.waiting_for}'
@@ -62,7 +62,7 @@ def _of_take_off(now: Situation) -> str:
     return "it flies already, and is this bridge's" if now.ours else f'it flies already: {now.lost}; {TAKES_OVER}'
 
 
-def _of_take_over(now: Situation) -> str:
+def _of_take_over(now: VehicleSituation) -> str:
     vehicle, task = now.vehicle, now.task
     if task.goal_is(Goal.TAKEOFF, Goal.TAKE_OVER):
         return f'a {task.goal} is under way; it waits for {now.waiting_for}'

@@ -31,7 +31,7 @@ class Goal(Enum):
     TAKE_OVER = 'take-over'
 
 
-class Reply(NamedTuple):
+class GoalReply(NamedTuple):
     """Whether the vehicle does what was asked, in words."""
 
     accepted: bool
@@ -39,18 +39,18 @@ class Reply(NamedTuple):
 
 
 @dataclass
-class Request:
+class GoalRequest:
     """One asked goal; `reply` is set once it is clear whether the vehicle begins."""
 
     goal: Goal
     begun_s: float
     altitude_m: float = 0.0
-    reply: Reply | None = None
+    reply: GoalReply | None = None
 
     def answer(self, accepted: bool, message: str) -> None:
         """Set the reply, once."""
         if self.reply is None:
-            self.reply = Reply(accepted, message)
+            self.reply = GoalReply(accepted, message)
 
 
 class Progress(Enum):

@@ -6,11 +6,11 @@ from enum import Enum
 
 from advise_ros.mavlink import messages as mav
 from advise_ros.mavlink.messages import Message
-from advise_ros.mavlink.requests import Goal, Progress, Repeated, Request
+from advise_ros.mavlink.requests import Goal, GoalRequest, Progress, Repeated
 from advise_ros.mavlink.vehicle import Vehicle
 
 
-class Phase(Enum):
+class GoalPhase(Enum):
     """Where a goal stands; the value says what is waited for."""
 
     READY = 'readiness'
@@ -23,7 +23,7 @@ class Phase(Enum):
     SETTLE = 'its setpoints to be ours'
 
 
-class Task:
+class GoalTask:
     """The goal under way, its phase and the phase's repeated command; at most one at a time.
 
     Attributes:
@@ -33,21 +33,21 @@ class Task:
     """
 
     def __init__(self, vehicle: Vehicle) -> None:
-        self.request: Request | None = None
-        self.phase = Phase.READY
+        self.request: GoalRequest | None = None
+        self.phase = GoalPhase.READY
         self.phase_s = 0.0
         self.failure = ''
         self._vehicle = vehicle
         self._command: Repeated | None = None
 
-    def begin(self, request: Request, phase: Phase) -> None:
+    def begin(self, request: GoalRequest, phase: GoalPhase) -> None:
         """Take on a goal; one that is under way is given up."""
         if self.request is not None:
             self.finish(f'{self.request.goal.value} given up: {request.goal.value} was asked', failed=False)
         self.request, self.failure = request, ''
         self.enter(phase, request.begun_s)
 
-    def enter(self, phase: Phase, now_s: float) -> None:
+    def enter(self, phase: GoalPhase, now_s: float) -> None:
         """Go on to a phase."""
         self.phase, self.phase_s, self._command = phase, now_s, None
 
@@ -103,7 +103,7 @@ class Task:
     @property
     def in_own_mode(self) -> bool:
         """A take-off or take-over is past the change of mode: from here on another mode is somebody else's doing."""
-        past = (Phase.ARM, Phase.TAKEOFF, Phase.CLIMB, Phase.SETTLE)
+        past = (GoalPhase.ARM, GoalPhase.TAKEOFF, GoalPhase.CLIMB, GoalPhase.SETTLE)
         return self.goal_is(Goal.TAKEOFF, Goal.TAKE_OVER) and self.phase in past
 
     @property

@@ -9,7 +9,7 @@ from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.task import Future
 from std_srvs.srv import SetBool, Trigger
 
-from advise_ros.mavlink.requests import Goal, Request
+from advise_ros.mavlink.requests import Goal, GoalRequest
 from advise_ros.ros.managed import ManagedNode
 
 
@@ -21,9 +21,9 @@ class BridgeServices:
         begin: begins a goal, or answers it at once with a refusal.
     """
 
-    def __init__(self, node: ManagedNode, begin: Callable[[Goal], Request]) -> None:
+    def __init__(self, node: ManagedNode, begin: Callable[[Goal], GoalRequest]) -> None:
         self._begin, self._log = begin, node.get_logger()
-        self._pending: list[tuple[Request, Future]] = []
+        self._pending: list[tuple[GoalRequest, Future]] = []
         group = ReentrantCallbackGroup()
         node.create_service(SetBool, 'mavlink_bridge/arm', self._on_arm, callback_group=group)
         for name, goal in (('takeoff', Goal.TAKEOFF), ('land', Goal.LAND), ('take_over', Goal.TAKE_OVER)):

@@ -7,9 +7,9 @@ from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 
 from advise_ros.config import ConsoleConfig
-from advise_ros.console.desk import Desk
-from advise_ros.console.listener import Listener
+from advise_ros.console.listener import GraphListener
 from advise_ros.console.protection import Gate
+from advise_ros.console.requests import RequestDispatcher
 from advise_ros.console.server import HOST, PageServer, bind
 from advise_ros.recording.gridfile import load_grid
 from advise_ros.ros import diagnostics, parameters, run
@@ -43,8 +43,8 @@ class ConsoleNode(Node):
         bound = bind(self.config.port)
         port = bound.getsockname()[1]
         gate = Gate(port, filter(None, map(str.strip, self.config.allowed_hosts.split(','))), self.config.token)
-        listener = Listener(self, self.config.silence_s, grid)
-        self._server = PageServer(listener, Desk(self, listener), gate, bound, self.config.rate_hz)
+        listener = GraphListener(self, self.config.silence_s, grid)
+        self._server = PageServer(listener, RequestDispatcher(self, listener), gate, bound, self.config.rate_hz)
         self._address = f'http://{HOST}:{port}/?token={gate.token}'
         # The server starts once the node spins, so that a page never waits for a node that does not come up.
         steady = Clock(clock_type=ClockType.STEADY_TIME)

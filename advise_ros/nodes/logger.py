@@ -16,7 +16,7 @@ from advise_ros.config import LoggerConfig
 from advise_ros.core.errors import InputError
 from advise_ros.core.units import NS
 from advise_ros.recording import platform
-from advise_ros.recording.background import MIB, BackgroundWriter, Entry, Limits
+from advise_ros.recording.background import MIB, BackgroundWriter, BagEntry, WriteLimits
 from advise_ros.recording.definitions import definition
 from advise_ros.recording.records import PARAMETERS_RECORD, PLATFORM_RECORD, READ_AT
 from advise_ros.recording.writer import BagWriter
@@ -32,7 +32,7 @@ DISCOVERY_PERIOD_S = 0.5
 CLOCK_CDR = struct.Struct('<4xiI')
 
 
-class Logger(Node):
+class LoggerNode(Node):
     """Records everything that a session is rebuilt from into one bag (rosbag2 layout, MCAP).
 
     By default: pose, odom, cmd_vel, vehicle_status, battery_state, demonstration, advise/query,
@@ -80,7 +80,7 @@ class Logger(Node):
         config = self.config
         bag = BagWriter(Path(config.bag), config.compression, config.chunk_kib * 1024)
         return BackgroundWriter(
-            bag, Limits(config.flush_s, config.split_s, config.split_mib * MIB, config.min_free_mib * MIB),
+            bag, WriteLimits(config.flush_s, config.split_s, config.split_mib * MIB, config.min_free_mib * MIB),
         )
 
     def _discover(self) -> None:
@@ -96,7 +96,7 @@ class Logger(Node):
         for arrival in self._incoming.take():
             log_time_ns = self._log_time_ns(arrival)
             if arrival.topic in self._opened or self._open(arrival):
-                entries.append(Entry(arrival.topic, log_time_ns, arrival.source_ns, arrival.data))
+                entries.append(BagEntry(arrival.topic, log_time_ns, arrival.source_ns, arrival.data))
         if entries:
             self._writer.write(entries)
 
@@ -160,4 +160,4 @@ class Logger(Node):
 def main() -> None:
     # A KeyboardInterrupt in the middle of a write would break the file: rclpy's own handler ends the spinning.
     signal.signal(signal.SIGINT, lambda *_: None)
-    sys.exit(run.run_node(Logger, LoggerConfig))
+    sys.exit(run.run_node(LoggerNode, LoggerConfig))

@@ -18,7 +18,7 @@ from advise_ros.core.units import MAP_FRAME, ZERO
 from advise_ros.mavlink.companion import Companion, Settings, Status
 from advise_ros.mavlink.link import Link, Received
 from advise_ros.mavlink.messages import Message
-from advise_ros.mavlink.requests import Goal, Request
+from advise_ros.mavlink.requests import Goal, GoalRequest
 from advise_ros.mavlink.signing import optional_key
 from advise_ros.mavlink.stamps import NS_PER_MS
 from advise_ros.mavlink.vehicle import Attitude, Motion
@@ -34,13 +34,13 @@ from advise_ros.nodes.guard import (
     renewed,
 )
 from advise_ros.ros import diagnostics, parameters, qos, run
-from advise_ros.ros.autopilot_clock import ClockTeller
+from advise_ros.ros.autopilot_clock import ClockPublisher
 from advise_ros.ros.change_log import ChangeLog
 from advise_ros.ros.guard_log import GuardLog
 from advise_ros.ros.managed import ManagedNode
 from advise_ros.ros.simulated_clock import REMEDY
 from advise_ros.ros.vehicle_log import VehicleLog
-from advise_ros.ros.vehicle_teller import STATUS_PERIOD_S, VehicleTeller
+from advise_ros.ros.vehicle_publisher import STATUS_PERIOD_S, VehiclePublisher
 
 LINK_CLOSED = 'the bridge was cleaned up and its link is closed'
 
@@ -84,9 +84,9 @@ class MavlinkBridge(ManagedNode):
         self._reason, self._warns = '', False
         self._diagnosed: tuple[Status, str] | None = None
         self._diagnosed_s = -math.inf
-        self._clocks = ClockTeller(self, self.config.clock)
+        self._clocks = ClockPublisher(self, self.config.clock)
         self._simulated_time = bool(self.get_parameter('use_sim_time').value)
-        self._teller = VehicleTeller(self, simulated_time=self._simulated_time)
+        self._teller = VehiclePublisher(self, simulated_time=self._simulated_time)
         self.diagnostics.meter('pose', 'cmd_vel')
         self._make_entities()
         self.autostart(wanted=self.config.autostart)
@@ -243,12 +243,12 @@ class MavlinkBridge(ManagedNode):
         return f'stopped until released: {self._monitor.latched}' if self._monitor.latched else ''
 
     # -- services ----------------------------------------------------------------------------
-    def _begin(self, goal: Goal) -> Request:
+    def _begin(self, goal: Goal) -> GoalRequest:
         """Begin a goal; what this node itself has against it is its refusal."""
         now_s = time.monotonic()
         why = self._obstacle(goal, now_s)
         if why or self._link is None:
-            refused = Request(goal, now_s)
+            refused = GoalRequest(goal, now_s)
             refused.answer(accepted=False, message=f'{goal.value} refused: {why}')
             return refused
         asked = self._companion.ask(goal, now_s, self._altitude_m)

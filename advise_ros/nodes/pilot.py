@@ -19,9 +19,9 @@ from advise_msgs.msg import VehicleStatus
 from advise_ros.config import PilotConfig
 from advise_ros.core.errors import InputError
 from advise_ros.core.flight.leg_follower import Pose
-from advise_ros.core.flight.mission import Ask, Mission, Stage
+from advise_ros.core.flight.mission import Ask, Mission, MissionStage
 from advise_ros.core.flight.pilot_flight import PilotFlight
-from advise_ros.core.flight.vehicle_state import Vehicle
+from advise_ros.core.flight.vehicle_state import VehicleState
 from advise_ros.core.grid.grid import Grid
 from advise_ros.core.people.simulated_pilot import SimulatedPilot
 from advise_ros.core.units import ZERO
@@ -71,7 +71,7 @@ class PilotNode(Node):
         self._mission = Mission(self.config.flights, self.config.handle_vehicle, self.config.vehicle_timeout_s)
         self._home: int | None = None
         self._flight: PilotFlight | None = None
-        self._vehicle: Vehicle | None = None
+        self._vehicle: VehicleState | None = None
         self._gate, self._time = PoseGate(), ClockWatch(self)
         self._pose_at_s = time.monotonic()
         self._told = ''
@@ -132,8 +132,8 @@ class PilotNode(Node):
         if not reply.success:
             self.get_logger().warning(f'refused: {reply.message}')
 
-    def _enter(self, stage: Stage) -> None:
-        if stage == Stage.FLYING:
+    def _enter(self, stage: MissionStage) -> None:
+        if stage == MissionStage.FLYING:
             self._pose_at_s = time.monotonic()
             choose = flight_choices(self._grid, self.config, self._mission.flight)
             self._flight = PilotFlight(self._grid, choose.action, self._settings, self.config.max_moves, self._home)
@@ -145,7 +145,7 @@ class PilotNode(Node):
 
     def _finish(self) -> None:
         """Leave: the process ends with the node."""
-        if self._mission.stage == Stage.FAILED:
+        if self._mission.stage == MissionStage.FAILED:
             self.exit_code = run.VERDICT_NO
             self.get_logger().error(self._mission.failure)
         rclpy.try_shutdown()
@@ -231,9 +231,9 @@ class PilotNode(Node):
         if mission.over:
             return mission.failure or mission.stage.value
         sentence = f'flight {mission.flight} of {mission.flights}: {mission.stage.value}'
-        if mission.stage == Stage.WAITING and mission.obstacle:
+        if mission.stage == MissionStage.WAITING and mission.obstacle:
             return f'{sentence}; {mission.obstacle}'
-        if mission.stage == Stage.WAITING and self._vehicle is not None and self._vehicle.waiting_for:
+        if mission.stage == MissionStage.WAITING and self._vehicle is not None and self._vehicle.waiting_for:
             sentence += f' ({self._vehicle.waiting_for})'
         if flight is not None and self._audible_s is not None and self._audience.missing:
             return f'{sentence}, holding until {", ".join(sorted(self._audience.missing))} hears the commands'

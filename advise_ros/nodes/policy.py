@@ -19,7 +19,7 @@ from advise_msgs.action import Fly
 from advise_msgs.msg import Policy, VehicleStatus
 from advise_ros.config import PolicyConfig
 from advise_ros.core.flight.leg_follower import Pose
-from advise_ros.core.flight.policy_flight import Phase, PolicyFlight
+from advise_ros.core.flight.policy_flight import FlightPhase, PolicyFlight
 from advise_ros.core.flight.vehicle_state import why_no_commands
 from advise_ros.core.grid.grid import Grid
 from advise_ros.core.units import NS, ZERO
@@ -28,7 +28,7 @@ from advise_ros.ros import parameters, qos, run
 from advise_ros.ros.convert import vehicle_from_msg
 from advise_ros.ros.deadline import Deadline
 from advise_ros.ros.diagnostics import OK, WARN
-from advise_ros.ros.flight_teller import FlightTeller
+from advise_ros.ros.flight_publisher import FlightPublisher
 from advise_ros.ros.flying import NEWEST_POSE, between_poses_ns, velocity_command
 from advise_ros.ros.goal_patience import GoalPatience
 from advise_ros.ros.managed import ManagedNode
@@ -36,7 +36,7 @@ from advise_ros.ros.readiness import Readiness
 
 # After a flight zero velocity is sent for so long, then nothing: another node may fly.
 HOLD_S, DIAGNOSE_PERIOD_S = 1.0, 0.5
-ENDS_AS_WANTED = (Phase.SUCCEEDED, Phase.CANCELED)
+ENDS_AS_WANTED = (FlightPhase.SUCCEEDED, FlightPhase.CANCELED)
 
 
 class Flying(NamedTuple):
@@ -94,7 +94,7 @@ class PolicyNode(ManagedNode):
 
     def _make_entities(self) -> None:
         self._commands = self.create_publisher(TwistStamped, 'cmd_vel', qos.COMMAND)
-        self._teller = FlightTeller(self)
+        self._teller = FlightPublisher(self)
         self.create_service(Trigger, 'policy/stop', self._on_stop)
         self._action = ActionServer(
             self, Fly, 'policy/fly', _begun_on_acceptance, callback_group=ReentrantCallbackGroup(),
@@ -114,7 +114,7 @@ class PolicyNode(ManagedNode):
         self.hear(PoseStamped, 'pose', self._on_pose, NEWEST_POSE)
 
     def end(self) -> None:
-        self._end(Phase.STOPPED, 'the policy node was deactivated; the vehicle holds', wanted=True)
+        self._end(FlightPhase.STOPPED, 'the policy node was deactivated; the vehicle holds', wanted=True)
         self._patience.give_up()
         self._watchdog.cancel()
         self._hold_until_s = 0.0
@@ -128,7 +128,7 @@ class PolicyNode(ManagedNode):
     def _on_vehicle(self, message: VehicleStatus) -> None:
         self._ready.vehicle = vehicle = vehicle_from_msg(message)
         if not vehicle.commandable:
-            self._end(Phase.STOPPED, f'the vehicle takes no commands any more ({why_no_commands(vehicle)})')
+            self._end(FlightPhase.STOPPED, f'the vehicle takes no commands any more ({why_no_commands(vehicle)})')
 
     def _on_pose(self, message: PoseStamped, info: dict[str, int]) -> None:
         if self._flying is None:
@@ -160,13 +160,13 @@ class PolicyNode(ManagedNode):
         """Of the newest pose."""
         return self._poses.pose.stamp_ns if self._poses.pose else 0
 
-    def _end(self, phase: Phase, message: str, *, wanted: bool = False) -> None:
+    def _end(self, phase: FlightPhase, message: str, *, wanted: bool = False) -> None:
         """Hold, tell, and let the action's result go out; `wanted`: somebody asked for it."""
         flying = self._flying
         if flying is None:
             return
         flying.flight.end(phase, message)
-        if phase in (Phase.CANCELED, Phase.STOPPED):
+        if phase in (FlightPhase.CANCELED, FlightPhase.STOPPED):
             self._publish_zero()
         self._teller.tell(flying.flight, phase, message, self._stamp_ns)
         self._flying, self._hold_until_s = None, time.monotonic() + HOLD_S
@@ -182,7 +182,7 @@ class PolicyNode(ManagedNode):
     def _result(self, flying: Flying) -> Fly.Result:
         flight = flying.flight
         return Fly.Result(
-            success=flight.phase == Phase.SUCCEEDED, phase=int(flight.phase), flight_id=self._teller.status.flight_id,
+            success=flight.phase == FlightPhase.SUCCEEDED, phase=int(flight.phase), flight_id=self._teller.status.flight_id,
             policy_version=flying.policy_version, steps=flight.steps, waypoints_reached=flight.waypoints_reached,
             seconds=(self._stamp_ns - flying.began_ns) / NS, message=flight.message,
         )
@@ -233,7 +233,7 @@ class PolicyNode(ManagedNode):
     def _on_cancel(self, goal: ServerGoalHandle) -> CancelResponse:
         if self._flying is None or self._flying.goal is not goal:
             return CancelResponse.REJECT
-        self._end(Phase.CANCELED, 'canceled; the vehicle holds', wanted=True)
+        self._end(FlightPhase.CANCELED, 'canceled; the vehicle holds', wanted=True)
         return CancelResponse.ACCEPT
 
     def _on_stop(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
@@ -241,7 +241,7 @@ class PolicyNode(ManagedNode):
         if self._flying is None:
             response.message = 'no flight was under way'
         else:
-            self._end(Phase.STOPPED, 'stopped by policy/stop; the vehicle holds', wanted=True)
+            self._end(FlightPhase.STOPPED, 'stopped by policy/stop; the vehicle holds', wanted=True)
             response.message = f'flight {self._teller.status.flight_id} is stopped; the vehicle holds'
         return response
 
@@ -264,7 +264,7 @@ class PolicyNode(ManagedNode):
         now_s = time.monotonic()
         if self._pose_missing and self._poses.age_s > self.config.pose_timeout_s + self.config.give_up_s:
             why = self._poses.problem or f'no pose for {self._poses.age_s:.1f} s'
-            self._end(Phase.STOPPED, f'{why}; the flight is given up and does not go on by itself')
+            self._end(FlightPhase.STOPPED, f'{why}; the flight is given up and does not go on by itself')
         holds = self._pose_missing if self._flying is not None else now_s < self._hold_until_s
         if holds:
             self._publish_zero()
@@ -281,7 +281,7 @@ class PolicyNode(ManagedNode):
     def _diagnose(self) -> None:
         said = self._ready.complaint
         values = {
-            'phase': Phase(self._teller.status.phase).name, 'policy version': self._shelf.version,
+            'phase': FlightPhase(self._teller.status.phase).name, 'policy version': self._shelf.version,
             'flights': self._teller.status.flight_id, 'poses refused': self._poses.refused,
         }
         self.diagnostics.set(WARN if said else OK, said or ('flying' if self._flying else 'ready to fly'), values)

@@ -16,13 +16,13 @@ from std_srvs.srv import Trigger
 from advise_msgs import msg
 from advise_ros.config import RecorderConfig
 from advise_ros.core.demonstrations.recorded_flights import demonstrations_of
-from advise_ros.core.demonstrations.recorder import Phase, Recorder, Reply
+from advise_ros.core.demonstrations.recorder import Recorder, RecorderPhase, RecorderReply
 from advise_ros.core.demonstrations.samples import VehicleEvent
 from advise_ros.core.errors import InputError
 from advise_ros.core.units import MAP_FRAME
 from advise_ros.mavlink.link import Link
 from advise_ros.recording.gridfile import load_grid
-from advise_ros.recording.listener import COMPONENT_ID, Listener
+from advise_ros.recording.mavlink_listener import COMPONENT_ID, MavlinkListener
 from advise_ros.recording.tlog import read_tlog
 from advise_ros.ros import convert, diagnostics, parameters, qos, run
 from advise_ros.ros.diagnostics import Diagnostics
@@ -69,7 +69,7 @@ class RecorderNode(Node):
             policy_flights=self.config.policy_flights,
         )
         self._link: Link | None = None
-        self._listener: Listener | None = None
+        self._listener: MavlinkListener | None = None
         self._refused: Counter[str] = Counter()
         self._poses = self._commands = 0
         self._publisher = self.create_publisher(msg.Demonstration, 'demonstration', qos.DEMONSTRATIONS)
@@ -103,7 +103,7 @@ class RecorderNode(Node):
     def _open_mavlink(self) -> None:
         self._link = Link(self.config.mavlink_url, component_id=COMPONENT_ID)
         simulated = bool(self.get_parameter('use_sim_time').value)
-        self._listener = Listener(self._link, self._recorder, simulated=simulated)
+        self._listener = MavlinkListener(self._link, self._recorder, simulated=simulated)
         self._link.start()
 
     def _open_tlog(self) -> None:
@@ -176,7 +176,7 @@ class RecorderNode(Node):
     # -- services ----------------------------------------------------------------------------
     def _start(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         if self.config.source == 'tlog':
-            return _filled(response, Reply(False, 'the source is a log: all its flights are published already'))
+            return _filled(response, RecorderReply(False, 'the source is a log: all its flights are published already'))
         return _filled(response, self._recorder.start())
 
     def _stop(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
@@ -230,7 +230,7 @@ class RecorderNode(Node):
         return ''
 
     def _doing(self) -> str:
-        if self._recorder.phase is Phase.IDLE:
+        if self._recorder.phase is RecorderPhase.IDLE:
             return f'{len(self._recorder.published)} demonstrations; waiting for a flight'
         return f'{self._recorder.phase.value} {self._recorder.next_id}'
 
@@ -240,7 +240,7 @@ class RecorderNode(Node):
             self._link.close()
 
 
-def _filled(response: Trigger.Response, reply: Reply) -> Trigger.Response:
+def _filled(response: Trigger.Response, reply: RecorderReply) -> Trigger.Response:
     response.success, response.message = reply
     return response
 

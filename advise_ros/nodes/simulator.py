@@ -16,11 +16,11 @@ from advise_ros.ros import convert, parameters, qos, run
 from advise_ros.ros.diagnostics import OK, WARN, Diagnostics
 from advise_ros.sim.arducopter import ArduCopter
 from advise_ros.sim.autopilot import COMPONENT_ID, Message
-from advise_ros.sim.link import Link
+from advise_ros.sim.link import SimulatorLink
 from advise_ros.sim.pacing import Pacer, Patience
-from advise_ros.sim.px4 import Px4
+from advise_ros.sim.px4 import SimulatedPx4
 
-DIALECTS = {'ardupilot': ArduCopter, 'px4': Px4}
+DIALECTS = {'ardupilot': ArduCopter, 'px4': SimulatedPx4}
 
 FASTEST_TIMER_S, SLOWEST_TIMER_S = 0.001, 0.01
 # A callback hands control back after this long, so that signals and diagnostics are served.
@@ -63,9 +63,9 @@ class SimulatorNode(Node):
         self.create_timer(self._timer_period_s(), self._turn, clock=steady)
         self.create_timer(1.0, self._report, clock=steady)
 
-    def _open(self, parameter: str) -> Link:
+    def _open(self, parameter: str) -> SimulatorLink:
         key = optional_key(self.config.signing_key_file)
-        return Link(getattr(self.config, parameter), self.config.system_id, COMPONENT_ID, key, parameter)
+        return SimulatorLink(getattr(self.config, parameter), self.config.system_id, COMPONENT_ID, key, parameter)
 
     def _timer_period_s(self) -> float:
         if self.config.speedup == 0.0:
@@ -95,7 +95,7 @@ class SimulatorNode(Node):
                 self._forward(message, link)
                 link.send(self._autopilot.receive(message, number))
 
-    def _forward(self, message: Message, source: Link) -> None:
+    def _forward(self, message: Message, source: SimulatorLink) -> None:
         """Peers on other links hear each other's heartbeats, as with the real ones, and nothing else."""
         if message.get_type() == 'HEARTBEAT':
             for link in self._links:

@@ -28,7 +28,7 @@ MIB = 2**20
 Job = Callable[[], None]
 
 
-class Limits(NamedTuple):
+class WriteLimits(NamedTuple):
     """When to write what; 0 where something is never due.
 
     Attributes:
@@ -44,7 +44,7 @@ class Limits(NamedTuple):
     free_bytes: int = 0
 
 
-class Entry(NamedTuple):
+class BagEntry(NamedTuple):
     """A message for the bag; its topic is opened before."""
 
     topic: str
@@ -65,7 +65,7 @@ class BackgroundWriter:
         dropped: messages that the disk was too slow for.
     """
 
-    def __init__(self, bag: BagWriter, limits: Limits) -> None:
+    def __init__(self, bag: BagWriter, limits: WriteLimits) -> None:
         self.problem: str | None = None
         self.counts: dict[str, int] = {}
         self.dropped = 0
@@ -83,7 +83,7 @@ class BackgroundWriter:
         """Name a topic, once, before its first message."""
         self._put(partial(self._open, topic, definition, tuple(qos)))
 
-    def write(self, entries: Sequence[Entry]) -> None:
+    def write(self, entries: Sequence[BagEntry]) -> None:
         """Append messages in this order."""
         if self._waiting_bytes - self._written_bytes > MAX_WAITING_BYTES:
             self.dropped += len(entries)
@@ -137,7 +137,7 @@ class BackgroundWriter:
     def _open(self, topic: str, definition: Definition, qos: Sequence[Qos]) -> None:
         self._topics[topic] = self._bag.add_topic(topic, definition, qos)
 
-    def _write(self, entries: Sequence[Entry]) -> None:
+    def _write(self, entries: Sequence[BagEntry]) -> None:
         for topic, log_time_ns, publish_time_ns, data in entries:
             self._bag.write(self._topics[topic], log_time_ns, publish_time_ns, data)
             self._written_bytes += len(data)

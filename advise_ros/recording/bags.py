@@ -160,7 +160,7 @@ class _Stretch:
 
     def __init__(self, channel: Channel) -> None:
         self.problem = why_unlike(channel)
-        self._px4: px4.Layout | None = None
+        self._px4: px4.MessageLayout | None = None
         if channel.type_name in px4.TYPES and not self.problem:
             self._px4 = px4.layout(channel)
             self.problem = '' if self._px4 else f'the bag does not tell where {channel.type_name} has its stamp and position'

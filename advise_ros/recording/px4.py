@@ -30,7 +30,7 @@ NED = {'local_frame': 0, 'pose_frame': 1}
 VALID = ('xy_valid', 'z_valid')
 
 
-class Layout(NamedTuple):
+class MessageLayout(NamedTuple):
     """Where the fields of a message lie, from the beginning of its bytes."""
 
     stamp_at: int
@@ -41,7 +41,7 @@ class Layout(NamedTuple):
 
 
 @lru_cache(16)
-def layout(channel: Channel) -> Layout | None:
+def layout(channel: Channel) -> MessageLayout | None:
     """Of a channel whose definition can be read; None where it has no stamp or no position at a fixed place."""
     if not channel.definition:
         return None
@@ -53,7 +53,7 @@ def layout(channel: Channel) -> Layout | None:
     frame = next(((places[name], ned) for name, ned in NED.items() if name in places), None)
     valid = tuple(places[name] for name in VALID if name in places)
     size = max(places['timestamp'] + 8, max(at) + 4, *(place + 1 for place in valid))
-    return Layout(places['timestamp'], (at[0], at[1], at[2]), frame, valid, size)
+    return MessageLayout(places['timestamp'], (at[0], at[1], at[2]), frame, valid, size)
 
 
 def _places(fields: Any) -> Mapping[str, int]:
@@ -71,7 +71,7 @@ def _places(fields: Any) -> Mapping[str, int]:
     return found
 
 
-def read(block: Block, rows: Integers, where: Layout) -> Column:
+def read(block: Block, rows: Integers, where: MessageLayout) -> Column:
     """The messages at `rows`, in their order, as positions in the map frame (ENU); what is not valid is not a number."""
     data, starts, count = block.data, block.starts[rows], len(rows)
     fits = block.ends[rows] - starts >= where.size

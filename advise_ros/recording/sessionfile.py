@@ -25,7 +25,7 @@ FORMAT = 1
 HEADER_START = b'{"advise_session"'
 
 
-class Entry(NamedTuple):
+class LogEntry(NamedTuple):
     """One entry of the advice log and when it was accepted (the node's clock)."""
 
     record: AdviceRecord
@@ -41,7 +41,7 @@ class Loaded(NamedTuple):
         dropped: one sentence for each line that could not be used.
     """
 
-    entries: tuple[Entry, ...]
+    entries: tuple[LogEntry, ...]
     last_query_id: int
     dropped: tuple[str, ...]
 
@@ -145,8 +145,8 @@ class SessionFile:
     def _not_ours(self) -> InputError:
         return InputError(f'session file {self.path}: it is not a session file; name a new file or one that advise wrote')
 
-    def _parse(self, lines: list[bytes]) -> tuple[tuple[Entry, ...], list[int], tuple[str, ...]]:
-        entries: list[Entry] = []
+    def _parse(self, lines: list[bytes]) -> tuple[tuple[LogEntry, ...], list[int], tuple[str, ...]]:
+        entries: list[LogEntry] = []
         asked: list[int] = []
         dropped: list[str] = []
         for number, line in enumerate(lines, start=2):
@@ -155,7 +155,7 @@ class SessionFile:
                 if 'asked' in event:
                     asked.append(_whole(event['asked']))
                 else:
-                    entries.append(Entry(_record_from_json(event['advice'], self._grid), _whole(event['stamp_ns'])))
+                    entries.append(LogEntry(_record_from_json(event['advice'], self._grid), _whole(event['stamp_ns'])))
             except (ValueError, KeyError, TypeError, AttributeError):
                 dropped.append(f'line {number} is damaged')
         return tuple(entries), asked, tuple(dropped)

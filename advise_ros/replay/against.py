@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 from advise_ros.core.errors import InputError
 from advise_ros.replay.check import check
 from advise_ros.replay.decisions import Decision, first_change
-from advise_ros.replay.report import Report
+from advise_ros.replay.report import ReplayReport
 from advise_ros.replay.stage import Stage
 
 # These follow from positions: they can be compared only where those are the same.
@@ -51,7 +51,7 @@ def _checked(decisions: Any) -> dict[str, list[Decision]]:
     return dict(decisions)
 
 
-def against(report: Report, baseline: Baseline) -> tuple[Stage, ...]:
+def against(report: ReplayReport, baseline: Baseline) -> tuple[Stage, ...]:
     """Stage by stage, what was rebuilt beside the baseline; times do not count."""
     same_inputs = report.inputs == baseline.inputs
     found = []

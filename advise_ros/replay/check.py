@@ -12,7 +12,7 @@ from advise_ros.replay.demonstrations import demonstration_stages
 from advise_ros.replay.flights import flight_stages
 from advise_ros.replay.learning import learning_stages
 from advise_ros.replay.overrides import Overrides
-from advise_ros.replay.report import Report
+from advise_ros.replay.report import ReplayReport
 from advise_ros.replay.session import RecordedSession, read_session
 from advise_ros.replay.stage import Comparison
 from advise_ros.ros import convert
@@ -22,7 +22,7 @@ STAGES = (completeness_stages, demonstration_stages, learning_stages, flight_sta
 
 def check(
     bag: str | Path, namespace: str | None = None, grid_file: str | Path | None = None, overrides: Overrides | None = None,
-) -> Report:
+) -> ReplayReport:
     """Rebuild everything and compare it with what the bag says was published.
 
     Args:
@@ -41,7 +41,7 @@ def check(
     _check_overrides(session)
     comparison = Comparison(session)
     stages = tuple(stage for rebuild in STAGES for stage in rebuild(session, comparison))
-    return Report(session, stages, comparison.rebuilt, time.perf_counter() - begin_s)
+    return ReplayReport(session, stages, comparison.rebuilt, time.perf_counter() - begin_s)
 
 
 def _check_overrides(session: RecordedSession) -> None:

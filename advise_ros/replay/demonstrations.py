@@ -15,7 +15,7 @@ from advise_ros.core.demonstrations.samples import Recording
 from advise_ros.core.errors import InputError
 from advise_ros.core.grid.grid import Grid
 from advise_ros.replay.listeners import heard_otherwise
-from advise_ros.replay.session import Recorded, RecordedSession, at
+from advise_ros.replay.session import RecordedMessage, RecordedSession, at
 from advise_ros.replay.stage import Comparison, Stage
 from advise_ros.ros import convert
 
@@ -54,7 +54,7 @@ def is_flown(value: Any) -> bool:
     return str(value.source).startswith(TOPIC_SOURCE) and value.audit.samples > 0
 
 
-def lacks_of(session: RecordedSession, one: Recorded) -> str:
+def lacks_of(session: RecordedSession, one: RecordedMessage) -> str:
     """What the bag lacks of a flight that began before its first pose, which it has from a recorder that keeps it."""
     start_ns, end_ns = (convert.stamp_to_ns(stamp) for stamp in (one.value.window_start, one.value.window_end))
     stamps_ns = session.recording.poses.stamps_ns
@@ -70,7 +70,7 @@ def lacks_of(session: RecordedSession, one: Recorded) -> str:
     )
 
 
-def _taken(session: RecordedSession, one: Recorded) -> Demonstration | None:
+def _taken(session: RecordedSession, one: RecordedMessage) -> Demonstration | None:
     """One that is not rebuilt, as it is; None where no learner would take it, or it lies on another grid."""
     try:
         published = convert.demonstration_from_msg(one.value)
@@ -82,7 +82,9 @@ def _taken(session: RecordedSession, one: Recorded) -> Demonstration | None:
     return None
 
 
-def _compare(stage: Stage, session: RecordedSession, comparison: Comparison, config: RecorderConfig, one: Recorded) -> None:
+def _compare(
+    stage: Stage, session: RecordedSession, comparison: Comparison, config: RecorderConfig, one: RecordedMessage,
+) -> None:
     try:
         rebuilt = _rebuilt(session, config, one.value)
     except (InputError, ValueError) as problem:  # An index or an enum that no recorder would publish.
@@ -114,7 +116,7 @@ def _rebuilt(session: RecordedSession, config: RecorderConfig, value: Any) -> De
     return beginning_unheard(found) if BEGINNING_UNHEARD in published.audit.notes else found
 
 
-def _windows(session: RecordedSession, config: RecorderConfig, flown: list[Recorded]) -> Stage:
+def _windows(session: RecordedSession, config: RecorderConfig, flown: list[RecordedMessage]) -> Stage:
     """Each demonstration must be one of the flights that the vehicle's state and altitude tell of."""
     stage = Stage('flight windows')
     try:
@@ -153,7 +155,7 @@ def _part(recording: Recording, window_ns: tuple[int, int]) -> Recording:
     return next((part for part in reversed(parts) if window_ns[0] in part.poses.stamps_ns), parts[-1])
 
 
-def _window_difference(one: Recorded, windows: dict[int, Demonstration], flights: tuple[Flown, ...]) -> str:
+def _window_difference(one: RecordedMessage, windows: dict[int, Demonstration], flights: tuple[Flown, ...]) -> str:
     start_ns, end_ns = (convert.stamp_to_ns(stamp) for stamp in (one.value.window_start, one.value.window_end))
     rebuilt = windows.get(start_ns)
     if rebuilt is None:

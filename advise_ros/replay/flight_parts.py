@@ -5,16 +5,16 @@ from __future__ import annotations
 from itertools import pairwise
 from typing import NamedTuple
 
-from advise_ros.core.flight.policy_flight import Phase
+from advise_ros.core.flight.policy_flight import FlightPhase
 from advise_ros.core.units import NS
-from advise_ros.replay.session import Recorded, RecordedSession, at
+from advise_ros.replay.session import RecordedMessage, RecordedSession, at
 
-UNDER_WAY = (Phase.TO_START, Phase.FLYING)
+UNDER_WAY = (FlightPhase.TO_START, FlightPhase.FLYING)
 # A policy node in flight is never silent for this long: it answers poses, and holds by zero velocity without them.
 SILENCE_NS = 2 * NS
 
 
-class Flight(NamedTuple):
+class RecordedFlight(NamedTuple):
     """One flight of a policy as the bag tells of it.
 
     Attributes:
@@ -25,14 +25,14 @@ class Flight(NamedTuple):
         lacks: which messages the bag lacks to rebuild it, in one sentence; '' when it can be rebuilt.
     """
 
-    statuses: tuple[Recorded, ...]
-    commands: tuple[Recorded, ...]
+    statuses: tuple[RecordedMessage, ...]
+    commands: tuple[RecordedMessage, ...]
     cut_off: bool = False
     node_begun_ns: int = 0
     lacks: str = ''
 
 
-def flights_of(session: RecordedSession) -> tuple[list[Flight], int]:
+def flights_of(session: RecordedSession) -> tuple[list[RecordedFlight], int]:
     """The flights, and how many commands belong to none."""
     commands = session.on('cmd_vel')
     all_statuses = session.on('policy/status')
@@ -42,9 +42,9 @@ def flights_of(session: RecordedSession) -> tuple[list[Flight], int]:
     return flights, len(commands) - sum(len(flight.commands) for flight in flights)
 
 
-def _by_flight(statuses: tuple[Recorded, ...]) -> list[tuple[Recorded, ...]]:
+def _by_flight(statuses: tuple[RecordedMessage, ...]) -> list[tuple[RecordedMessage, ...]]:
     """Statuses of each flight, from the one that begins it to the last one of it."""
-    found: list[list[Recorded]] = []
+    found: list[list[RecordedMessage]] = []
     under_way = False
     for recorded in statuses:
         flies = recorded.value.phase in UNDER_WAY
@@ -56,22 +56,22 @@ def _by_flight(statuses: tuple[Recorded, ...]) -> list[tuple[Recorded, ...]]:
     return [tuple(flight) for flight in found]
 
 
-def _goes_on(before: Recorded, now: Recorded) -> bool:
+def _goes_on(before: RecordedMessage, now: RecordedMessage) -> bool:
     """Whether a status is of the same flight as the one before it; a policy node that was started again counts anew."""
-    back = before.value.phase == Phase.FLYING and now.value.phase == Phase.TO_START
+    back = before.value.phase == FlightPhase.FLYING and now.value.phase == FlightPhase.TO_START
     return _number(before) == _number(now) and before.value.steps <= now.value.steps and not back
 
 
-def _number(status: Recorded) -> int:
+def _number(status: RecordedMessage) -> int:
     return int(getattr(status.value, 'flight_id', 0))
 
 
-def _node_begun_ns(statuses: tuple[Recorded, ...], first: Recorded) -> int:
+def _node_begun_ns(statuses: tuple[RecordedMessage, ...], first: RecordedMessage) -> int:
     """When the node of a flight began: it is idle at first, and counts its flights from 1."""
     begun_ns = 0
     for earlier, later in pairwise(statuses[: statuses.index(first) + 1]):
         begins = later.value.phase in UNDER_WAY and not (earlier.value.phase in UNDER_WAY and _goes_on(earlier, later))
-        if later.value.phase == Phase.IDLE:
+        if later.value.phase == FlightPhase.IDLE:
             begun_ns = later.message.log_time_ns
         elif _number(later) < _number(earlier) or (begins and _number(later) == _number(earlier)):
             begun_ns = earlier.message.log_time_ns
@@ -79,17 +79,17 @@ def _node_begun_ns(statuses: tuple[Recorded, ...], first: Recorded) -> int:
 
 
 def _flight(
-    session: RecordedSession, statuses: tuple[Recorded, ...], commands: tuple[Recorded, ...], node_begun_ns: int,
-) -> Flight:
+    session: RecordedSession, statuses: tuple[RecordedMessage, ...], commands: tuple[RecordedMessage, ...], node_begun_ns: int,
+) -> RecordedFlight:
     first_ns, last_ns = statuses[0].stamp_ns, statuses[-1].stamp_ns
     cut_off = statuses[-1].value.phase in UNDER_WAY
     mine = tuple(one for one in commands if first_ns < one.stamp_ns and (cut_off or one.stamp_ns <= last_ns))
     if cut_off:
         mine = _until_silence(mine, statuses[-1])
-    return Flight(statuses, mine, cut_off, node_begun_ns, _lacks(session, statuses, mine))
+    return RecordedFlight(statuses, mine, cut_off, node_begun_ns, _lacks(session, statuses, mine))
 
 
-def _until_silence(commands: tuple[Recorded, ...], last: Recorded) -> tuple[Recorded, ...]:
+def _until_silence(commands: tuple[RecordedMessage, ...], last: RecordedMessage) -> tuple[RecordedMessage, ...]:
     """Those before the node died: after it nobody commands, until somebody else does."""
     for index, (before, after) in enumerate(pairwise(commands), start=1):
         silent_ns = after.message.publish_time_ns - before.message.publish_time_ns
@@ -98,7 +98,7 @@ def _until_silence(commands: tuple[Recorded, ...], last: Recorded) -> tuple[Reco
     return commands
 
 
-def _lacks(session: RecordedSession, statuses: tuple[Recorded, ...], commands: tuple[Recorded, ...]) -> str:
+def _lacks(session: RecordedSession, statuses: tuple[RecordedMessage, ...], commands: tuple[RecordedMessage, ...]) -> str:
     """A flight that was under way before the first pose of the bag began somewhere that nothing tells of."""
     begin_ns, first = session.first_pose_ns, statuses[0]
     if begin_ns is None or first.stamp_ns >= begin_ns:

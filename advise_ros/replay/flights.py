@@ -8,18 +8,18 @@ from collections import defaultdict
 from advise_ros.config import PolicyConfig
 from advise_ros.core.errors import InputError
 from advise_ros.core.flight.leg_follower import Pose
-from advise_ros.core.flight.policy_flight import FlightPlan, Phase, PolicyFlight
+from advise_ros.core.flight.policy_flight import FlightPhase, FlightPlan, PolicyFlight
 from advise_ros.core.grid.grid import Grid
 from advise_ros.core.units import ZERO
 from advise_ros.replay.decisions import decision
-from advise_ros.replay.flight_parts import Flight, flights_of
-from advise_ros.replay.session import Recorded, RecordedSession, at
+from advise_ros.replay.flight_parts import RecordedFlight, flights_of
+from advise_ros.replay.session import RecordedMessage, RecordedSession, at
 from advise_ros.replay.stage import Comparison, Stage
 from advise_ros.ros import convert
 from advise_ros.ros.flying import velocity_command
 
 # A flight is ended from outside: the poses do not tell.
-FROM_OUTSIDE = (Phase.CANCELED, Phase.STOPPED)
+FROM_OUTSIDE = (FlightPhase.CANCELED, FlightPhase.STOPPED)
 
 
 def flight_stages(session: RecordedSession, comparison: Comparison) -> list[Stage]:
@@ -45,7 +45,7 @@ def flight_stages(session: RecordedSession, comparison: Comparison) -> list[Stag
     return [commands, statuses]
 
 
-def _cut_off(flight: Flight) -> str:
+def _cut_off(flight: RecordedFlight) -> str:
     last = flight.commands[-1] if flight.commands else flight.statuses[-1]
     return (
         f'the flight that began at {at(flight.statuses[0].stamp_ns)} has no end in the bag: its policy node, or the '
@@ -54,7 +54,7 @@ def _cut_off(flight: Flight) -> str:
 
 
 def _fly(
-    comparison: Comparison, flight: Flight, flown: PolicyFlight, poses: dict[int, Pose], stages: tuple[Stage, Stage],
+    comparison: Comparison, flight: RecordedFlight, flown: PolicyFlight, poses: dict[int, Pose], stages: tuple[Stage, Stage],
 ) -> None:
     commands, statuses = stages
     due = defaultdict(list)
@@ -75,7 +75,7 @@ def _fly(
             statuses.count(f'{left.where}: no command bears this stamp, expected one')
 
 
-def _plan(session: RecordedSession, comparison: Comparison, flight: Flight, config: PolicyConfig) -> FlightPlan:
+def _plan(session: RecordedSession, comparison: Comparison, flight: RecordedFlight, config: PolicyConfig) -> FlightPlan:
     """What the flight was flown by.
 
     Raises:
@@ -115,7 +115,7 @@ def _start_cell(flown: Grid, grid: Grid, cell: int) -> int:
     return found
 
 
-def _policy(session: RecordedSession, first: Recorded, version: int) -> Recorded | None:
+def _policy(session: RecordedSession, first: RecordedMessage, version: int) -> RecordedMessage | None:
     """The last policy of that version published before the flight."""
     before = [
         one for one in session.on('advise/policy')
@@ -130,7 +130,7 @@ def _poses(session: RecordedSession) -> dict[int, Pose]:
     return {stamp_ns: Pose(stamp_ns, (x, y, z)) for stamp_ns, (x, y, z) in rows if math.isfinite(x + y + z)}
 
 
-def _not_zero(one: Recorded) -> str:
+def _not_zero(one: RecordedMessage) -> str:
     """A command that no pose made is the watchdog's, and must be zero."""
     linear, angular = one.value.twist.linear, one.value.twist.angular
     for name, value in (('linear.x', linear.x), ('linear.y', linear.y), ('linear.z', linear.z), ('angular.z', angular.z)):
@@ -139,7 +139,7 @@ def _not_zero(one: Recorded) -> str:
     return ''
 
 
-def _check_status(comparison: Comparison, statuses: Stage, flown: PolicyFlight, recorded: Recorded) -> None:
+def _check_status(comparison: Comparison, statuses: Stage, flown: PolicyFlight, recorded: RecordedMessage) -> None:
     """Compare what follows from the poses; the end that a person or the vehicle made does not."""
     if recorded.value.phase in FROM_OUTSIDE:
         return

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from xml.etree import ElementTree as ET
 
-from advise_ros.replay.report import Report
+from advise_ros.replay.report import ReplayReport
 
 
-def to_junit(report: Report) -> str:
+def to_junit(report: ReplayReport) -> str:
     """One test suite, named by the bag."""
     bag, stages = report.session.bag.path.name, report.asked_stages
     failures = sum(not stage.agrees for stage in stages)

@@ -17,7 +17,7 @@ from advise_ros.replay.overrides import GRID
 from advise_ros.replay.session import (
     ADVICE_TYPE,
     POLICY_TYPE,
-    Recorded,
+    RecordedMessage,
     RecordedSession,
     at,
 )
@@ -40,8 +40,8 @@ class Episode(NamedTuple):
         next_query_id: number that its question must have.
     """
 
-    policy: Recorded
-    query: Recorded | None
+    policy: RecordedMessage
+    query: RecordedMessage | None
     log: tuple[AdviceRecord, ...]
     version: int
     next_query_id: int
@@ -204,7 +204,7 @@ class _Counted:
         return due or published or 1
 
 
-def _in_order(session: RecordedSession) -> Iterator[Recorded]:
+def _in_order(session: RecordedSession) -> Iterator[RecordedMessage]:
     """What the learner published, by the clock of its machine."""
     topics = ('advise/advice_log', 'advise/policy', 'advise/query')
     everything = [recorded for topic in topics for recorded in session.on(topic)]

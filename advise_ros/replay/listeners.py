@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from advise_ros.recording.messages import Bag
-from advise_ros.replay.session import Recorded, RecordedSession
+from advise_ros.replay.session import RecordedMessage, RecordedSession
 from advise_ros.ros.hearing import counted
 
 DIAGNOSTICS_TYPE = 'diagnostic_msgs/msg/DiagnosticArray'
@@ -13,7 +13,7 @@ DIAGNOSTICS_TYPE = 'diagnostic_msgs/msg/DiagnosticArray'
 ON_THEIR_WAY = 10
 
 
-def heard_otherwise(session: RecordedSession, demonstrations: Sequence[Recorded]) -> list[str]:
+def heard_otherwise(session: RecordedSession, demonstrations: Sequence[RecordedMessage]) -> list[str]:
     """A sentence on the first demonstration by which the recorder had counted other commands than the bag holds."""
     topic = f'{session.namespace}/cmd_vel'
     commands_ns = [message.log_time_ns for message in session.bag.on(topic)]

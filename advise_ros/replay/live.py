@@ -18,9 +18,9 @@ from advise_ros.recording.messages import Message
 from advise_ros.replay.demonstrations import is_flown
 from advise_ros.replay.flight_parts import UNDER_WAY
 from advise_ros.replay.flights import FROM_OUTSIDE
-from advise_ros.replay.heard import Heard
-from advise_ros.replay.live_ears import Ears, is_matched
+from advise_ros.replay.live_listener import Ears, is_matched
 from advise_ros.replay.live_nodes import LiveNodes
+from advise_ros.replay.recorded_input import Heard
 from advise_ros.replay.score import (
     STATUS_TYPE,
     Demonstrated,
@@ -34,7 +34,7 @@ from advise_ros.replay.score import (
     score_of,
     stamp_ns_of,
 )
-from advise_ros.replay.session import Recorded, RecordedSession, at
+from advise_ros.replay.session import RecordedMessage, RecordedSession, at
 from advise_ros.ros import convert, qos
 from advise_ros.ros.graph_client import GraphClient, GraphTimeoutError
 from advise_ros.ros.subscriptions import message_class
@@ -289,7 +289,7 @@ class Live:
         self._in_time('the last question', lambda: len(self.heard.queries) >= wanted, PATIENCE_S)
 
 
-def _end_ns(recorded: Recorded) -> int:
+def _end_ns(recorded: RecordedMessage) -> int:
     return convert.stamp_to_ns(recorded.value.window_end)
 
 

@@ -8,7 +8,7 @@ from advise_ros.replay.decisions import decision
 from advise_ros.replay.demonstrations import is_flown
 from advise_ros.replay.flights import FROM_OUTSIDE, flights_of
 from advise_ros.replay.live import Heard, Live
-from advise_ros.replay.session import Recorded, RecordedSession
+from advise_ros.replay.session import RecordedMessage, RecordedSession
 from advise_ros.replay.stage import Comparison, Stage
 from advise_ros.ros import convert
 from advise_ros.ros.private_domain import private_domain
@@ -59,7 +59,7 @@ def _demonstrations(session: RecordedSession, heard: Heard, comparison: Comparis
     return stage
 
 
-def _in_order(name: str, recorded: tuple[Recorded, ...], heard: list[Any], comparison: Comparison) -> Stage:
+def _in_order(name: str, recorded: tuple[RecordedMessage, ...], heard: list[Any], comparison: Comparison) -> Stage:
     """One by one; their stamps come from a clock and are taken as recorded."""
     stage = Stage(f'{name}, live')
     for index, one in enumerate(recorded):
@@ -92,7 +92,7 @@ def _statuses(session: RecordedSession, heard: Heard) -> Stage:
     return stage
 
 
-def _count(stage: Stage, found: Any | None, recorded: Recorded, comparison: Comparison) -> None:
+def _count(stage: Stage, found: Any | None, recorded: RecordedMessage, comparison: Comparison) -> None:
     if found is None:
         stage.count(f'{recorded.where}: nothing came live')
     else:

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 if TYPE_CHECKING:
-    from advise_ros.replay.report import Report
+    from advise_ros.replay.report import ReplayReport
 
 # Everything else is imported when it is needed: pytest loads this module in every run.
 DEFAULT_DIRECTORY = 'bags'
@@ -32,7 +32,7 @@ class AdviseBag:
     def __init__(self, path: Path) -> None:
         self.path = path
 
-    def replay(self, overrides: Sequence[str] = (), against: str | Path | None = None) -> Report:
+    def replay(self, overrides: Sequence[str] = (), against: str | Path | None = None) -> ReplayReport:
         """The report of `replay`: overrides as `advise.clusters:=8`, against as a bag or a file by `replay --json`.
 
         Raises:
@@ -50,7 +50,7 @@ class AdviseBag:
         baseline = beside.load_baseline(against)
         return replace(report, baseline=baseline.name, beside=beside.against(report, baseline))
 
-    def check(self, against: str | Path | None = None) -> Report:
+    def check(self, against: str | Path | None = None) -> ReplayReport:
         """Fail the test, with the first difference of each stage, unless the session follows from its bag."""
         from advise_ros.core.errors import AdviseError  # noqa: PLC0415
 

@@ -20,7 +20,7 @@ CLOCK_NOTE = 'header stamps of policies and questions come from a clock and are 
 
 
 @dataclass(frozen=True)
-class Report:
+class ReplayReport:
     """All stages of one bag.
 
     Attributes:
@@ -118,7 +118,7 @@ def _why_not(made_on: Any) -> str:
     return 'the bag was made by other package versions or on another kind of machine'
 
 
-def show(report: Report, console: Console) -> None:
+def show(report: ReplayReport, console: Console) -> None:
     """Print the table, the first difference of each stage, and the verdict."""
     session = report.session
     pace = session.seconds / report.seconds if report.seconds else 0.0
@@ -141,7 +141,7 @@ def show(report: Report, console: Console) -> None:
     console.print(report.verdict, style='green' if report.agrees else 'red', highlight=False, soft_wrap=True)
 
 
-def _table(report: Report) -> Table:
+def _table(report: ReplayReport) -> Table:
     table = Table(box=box.SIMPLE)
     table.add_column('rebuilt')
     for name in ('checked', 'equal'):

@@ -11,7 +11,7 @@ from advise_ros.core.units import NS
 from advise_ros.recording.codec import Codec
 from advise_ros.recording.messages import Bag, Message
 from advise_ros.replay.demonstrations import is_flown
-from advise_ros.replay.flight_parts import Flight, flights_of
+from advise_ros.replay.flight_parts import RecordedFlight, flights_of
 from advise_ros.replay.flights import FROM_OUTSIDE
 from advise_ros.replay.installed_form import in_installed_form
 from advise_ros.replay.session import (
@@ -20,7 +20,7 @@ from advise_ros.replay.session import (
     DEMONSTRATION_TYPE,
     FLIGHT_TYPE,
     POLICY_TYPE,
-    Recorded,
+    RecordedMessage,
     RecordedSession,
 )
 from advise_ros.ros import convert, convert_advice
@@ -42,7 +42,7 @@ class Publish(NamedTuple):
 class Demonstrated(NamedTuple):
     """Wait for a demonstration of the recorder."""
 
-    recorded: Recorded
+    recorded: RecordedMessage
 
 
 class Stop(NamedTuple):
@@ -58,13 +58,13 @@ class Tell(NamedTuple):
 class Learnt(NamedTuple):
     """Wait for a policy."""
 
-    recorded: Recorded
+    recorded: RecordedMessage
 
 
 class Fly(NamedTuple):
     """Begin a flight of a policy; `pose` is the last one before it."""
 
-    flight: Flight
+    flight: RecordedFlight
     pose: Message | None
 
 
@@ -167,7 +167,7 @@ class _Writer:
             self._steps.append((message.log_time_ns, step))
 
 
-def _flown(flight: Flight, session: RecordedSession) -> tuple[int, int]:
+def _flown(flight: RecordedFlight, session: RecordedSession) -> tuple[int, int]:
     """Stamps of the last position before a flight and of the last one that it was flown by.
 
     Zero velocity after a flight bears the stamp of a clock, which may lag behind the positions'.

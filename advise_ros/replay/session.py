@@ -55,7 +55,7 @@ REMOVED: Mapping[str, Mapping[str, Any]] = {
 }
 
 
-class Parameters(NamedTuple):
+class NodeParameters(NamedTuple):
     """What a node was started with; `read_at_ns` by the logger's clock, 0 where the bag does not tell."""
 
     values: Mapping[str, Any]
@@ -66,7 +66,7 @@ ConfigT = TypeVar('ConfigT')
 
 
 @dataclass(frozen=True)
-class Recorded:
+class RecordedMessage:
     """A message with its decoded value."""
 
     message: Message
@@ -105,18 +105,18 @@ class RecordedSession:
     bag: Bag
     namespace: str
     recording: Recording
-    parameters: Mapping[str, tuple[Parameters, ...]]
+    parameters: Mapping[str, tuple[NodeParameters, ...]]
     made_on: Mapping[str, str]
     same_platform: bool
     overrides: Overrides = field(default_factory=dict)
     missing: tuple[str, ...] = ()
-    _cache: dict[str, tuple[Recorded, ...]] = field(default_factory=dict, repr=False)
+    _cache: dict[str, tuple[RecordedMessage, ...]] = field(default_factory=dict, repr=False)
 
-    def on(self, name: str) -> tuple[Recorded, ...]:
+    def on(self, name: str) -> tuple[RecordedMessage, ...]:
         """Decoded messages of a topic of the session, in the order in which they were recorded."""
         if name not in self._cache:
             found = self.bag.on(f'{self.namespace}/{name}')
-            self._cache[name] = tuple(Recorded(message, self.bag.decode(message)) for message in found)
+            self._cache[name] = tuple(RecordedMessage(message, self.bag.decode(message)) for message in found)
         return self._cache[name]
 
     @property
@@ -249,15 +249,15 @@ def _listed(namespaces: list[str]) -> str:
     return ', '.join(name or '/' for name in namespaces) or 'none'
 
 
-def _parameters(bag: Bag) -> dict[str, tuple[Parameters, ...]]:
+def _parameters(bag: Bag) -> dict[str, tuple[NodeParameters, ...]]:
     """Node -> its parameters, in the order in which it was started."""
-    found: dict[str, tuple[Parameters, ...]] = {}
+    found: dict[str, tuple[NodeParameters, ...]] = {}
     for record in bag.records:
         if record.name.startswith(PARAMETERS_RECORD):
             node = record.name.removeprefix(PARAMETERS_RECORD)
             values = {name: _value(bag, node, name, text) for name, text in record.values.items()}
             read_at_ns = int(values.pop(READ_AT, 0))
-            found[node] = (*found.get(node, ()), Parameters(values, read_at_ns))
+            found[node] = (*found.get(node, ()), NodeParameters(values, read_at_ns))
     return found
 
 

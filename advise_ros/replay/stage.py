@@ -11,7 +11,7 @@ from advise_ros.recording.codec import Codec
 from advise_ros.recording.definitions import definition
 from advise_ros.replay.compare import Difference, first_difference
 from advise_ros.replay.decisions import Decision, decision, first_change
-from advise_ros.replay.session import Recorded, RecordedSession
+from advise_ros.replay.session import RecordedMessage, RecordedSession
 from advise_ros.ros.cdr import to_cdr
 
 
@@ -80,7 +80,7 @@ class Comparison:
         self.what_if = bool(session.overrides)
         self.rebuilt = Rebuilt()
 
-    def count(self, stage: Stage, rebuilt: Any, recorded: Recorded) -> None:
+    def count(self, stage: Stage, rebuilt: Any, recorded: RecordedMessage) -> None:
         """Compare a rebuilt message with the recorded one.
 
         Both sides are brought to the same bytes first: serialisers may leave anything in the padding.
@@ -95,11 +95,11 @@ class Comparison:
         else:
             stage.count(self._difference(expected, recorded))
 
-    def same(self, rebuilt: Any, recorded: Recorded) -> bool:
+    def same(self, rebuilt: Any, recorded: RecordedMessage) -> bool:
         """Whether two messages are equal in every byte."""
         return self._same_bytes(self._through_cdr(rebuilt, recorded.message.type_name), recorded)
 
-    def _difference(self, expected: Any, recorded: Recorded) -> str:
+    def _difference(self, expected: Any, recorded: RecordedMessage) -> str:
         without = () if self._session.same_cores else ('digest',)
         found = first_difference(expected, recorded.value, exact=self.exact, without=without)
         return in_words(recorded, found) if found else ''
@@ -110,7 +110,7 @@ class Comparison:
         self.rebuilt.recorded.setdefault(stage, []).append(recorded)
         return first_change(rebuilt, recorded)
 
-    def _same_bytes(self, expected: Any, recorded: Recorded) -> bool:
+    def _same_bytes(self, expected: Any, recorded: RecordedMessage) -> bool:
         type_name = recorded.message.type_name
         wanted = self._installed.canonical(expected, type_name)
         return wanted == self._session.bag.codec.canonical(recorded.value, type_name)
@@ -122,6 +122,6 @@ class Comparison:
         return self._installed.decode(to_cdr(rebuilt), type_name)
 
 
-def in_words(recorded: Recorded, found: Difference) -> str:
+def in_words(recorded: RecordedMessage, found: Difference) -> str:
     """Topic, time, field, expected, got."""
     return f'{recorded.where}: {found.field} is {found.got}, expected {found.expected}'

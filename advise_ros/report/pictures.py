@@ -32,7 +32,7 @@ SHORTEST_ARROW_CELLS = 0.03
 
 
 @dataclass(frozen=True)
-class Track:
+class FlownTrack:
     """One flown track.
 
     Attributes:
@@ -138,7 +138,7 @@ def heat_colour(values: FloatArray) -> Callable[[int], str | None]:
     return lambda state: str(mpl.colors.to_hex(mpl.colormaps['cividis'](0.25 + 0.75 * scale(float(values[state])))))
 
 
-def tracks_figure(grid: Grid, tracks: Sequence[Track]) -> Figure:
+def tracks_figure(grid: Grid, tracks: Sequence[FlownTrack]) -> Figure:
     """Three maps: the demonstrations, the flights before advice and the flights after."""
     kinds = (
         ('demonstration', 'What the person flew', BLUE), ('before', 'Learnt without advice', VERMILION),

@@ -16,7 +16,7 @@ TWO_CLOCKS = "the autopilot's clock and this node's run at different speeds: wha
 TWO_PUBLISHERS = 'somebody else publishes /clock too: stop that, or start this node with clock:=ros'
 
 
-class ClockTeller:
+class ClockPublisher:
     """Publishes the autopilot's time on /clock when its node is to; the node then follows it as everybody else does."""
 
     def __init__(self, node: Node, source: str) -> None:

@@ -17,7 +17,7 @@ LASTING_S = 2.0
 FIGURES = re.compile(r'-?\d[\d.]*')
 
 
-class Logger(Protocol):
+class MessageLog(Protocol):
     """What is needed of a node's logger."""
 
     def info(self, message: str) -> object: ...
@@ -47,7 +47,7 @@ class ChangeLog:
         log.note('doubt', verdict.reason, now_s)    # '' when there is none
     """
 
-    def __init__(self, logger: Logger) -> None:
+    def __init__(self, logger: MessageLog) -> None:
         self._to = logger
         self._conditions: dict[str, Condition] = {}
 

@@ -6,7 +6,7 @@ from builtin_interfaces.msg import Time
 
 from advise_msgs import msg
 from advise_ros.core.demonstrations.demonstration import Audit, Demonstration, EndReason
-from advise_ros.core.flight.vehicle_state import Vehicle
+from advise_ros.core.flight.vehicle_state import VehicleState
 from advise_ros.core.grid.grid import Grid
 from advise_ros.core.units import MAP_FRAME, NS
 
@@ -104,6 +104,6 @@ def demonstration_from_msg(demonstration: msg.Demonstration) -> Demonstration:
     )
 
 
-def vehicle_from_msg(message: msg.VehicleStatus) -> Vehicle:
+def vehicle_from_msg(message: msg.VehicleStatus) -> VehicleState:
     """What matters to who flies the vehicle."""
-    return Vehicle(**{name: getattr(message, name) for name in Vehicle._fields if hasattr(message, name)})
+    return VehicleState(**{name: getattr(message, name) for name in VehicleState._fields if hasattr(message, name)})

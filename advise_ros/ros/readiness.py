@@ -8,10 +8,10 @@ from advise_msgs.action import Fly
 from advise_ros.config import PolicyConfig
 from advise_ros.core.errors import InputError
 from advise_ros.core.flight.policy_flight import check_start
-from advise_ros.core.flight.vehicle_state import Vehicle, why_no_commands
+from advise_ros.core.flight.vehicle_state import VehicleState, why_no_commands
 from advise_ros.core.grid.grid import Grid
 from advise_ros.ros.clock_watch import ClockWatch
-from advise_ros.ros.policy_shelf import PolicyShelf
+from advise_ros.ros.policy_cache import PolicyCache
 from advise_ros.ros.pose_intake import PoseIntake
 
 
@@ -27,9 +27,9 @@ class Readiness:
     def __init__(self, node: Node, config: PolicyConfig, grid: Grid | None) -> None:
         """With a grid, only policies on that grid are flown."""
         self._clock = ClockWatch(node)
-        self.shelf = PolicyShelf(config, grid)
+        self.shelf = PolicyCache(config, grid)
         self.poses = PoseIntake(node, config.pose_timeout_s)
-        self.vehicle: Vehicle | None = None
+        self.vehicle: VehicleState | None = None
 
     def missing(self, goal: Fly.Goal) -> str:
         """What has not arrived (yet); empty when all is there."""

@@ -7,12 +7,12 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from advise_ros.config import SimulatorConfig
 from advise_ros.sim import geofence, parameters, setpoints
-from advise_ros.sim.autopilot import ACCEPTED, DENIED, Autopilot, Command, Message, ack, integer
+from advise_ros.sim.autopilot import ACCEPTED, DENIED, Autopilot, Message, ReceivedCommand, ack, integer
 from advise_ros.sim.failsafe import GROUND_STATION_SYSTEM_ID, GroundStationFailsafe
 from advise_ros.sim.geography import metres_from_degrees
 from advise_ros.sim.modes import Mode
 from advise_ros.sim.setpoints import Setpoint
-from advise_ros.sim.vehicle import Vehicle
+from advise_ros.sim.vehicle import SimulatedVehicle
 
 # What REQUEST_DATA_STREAM is about.
 STREAMED = (
@@ -28,7 +28,7 @@ class ArduCopter(Autopilot):
     """ArduCopter as a companion sees it."""
 
     def __init__(self, config: SimulatorConfig, rng: np.random.Generator) -> None:
-        super().__init__(Vehicle(config, rng), parameters.of_arducopter(config), config.system_id)
+        super().__init__(SimulatedVehicle(config, rng), parameters.of_arducopter(config), config.system_id)
         self._failsafe = GroundStationFailsafe()
         self._parameters_changed()
         self._handlers['SET_MODE'] = self._on_set_mode
@@ -87,14 +87,14 @@ class ArduCopter(Autopilot):
         home = self.vehicle.flight.home_m
         return not self.vehicle.fence.outside(east - home[0], north - home[1], up)
 
-    def _change_speed(self, command: Command) -> tuple[int, list[Message]]:
+    def _change_speed(self, command: ReceivedCommand) -> tuple[int, list[Message]]:
         """Binds only if it comes after the first position, and only until the next velocity."""
         if self.vehicle.flight.seeks and command.params[1] > 0.0:
             self.vehicle.flight.position_speed_m_s = command.params[1]
         return ACCEPTED, []
 
     def _on_set_mode(self, message: Message) -> list[Message]:
-        command = Command(mavlink.MAVLINK_MSG_ID_SET_MODE, (float(message.base_mode), float(message.custom_mode)))
+        command = ReceivedCommand(mavlink.MAVLINK_MSG_ID_SET_MODE, (float(message.base_mode), float(message.custom_mode)))
         result, replies = self._do_set_mode(command)
         return [*replies, ack(command.number, result, message)]
 
@@ -109,15 +109,15 @@ class ArduCopter(Autopilot):
                 self._streams.stop(message_id)
         return []
 
-    def _do_set_mode(self, command: Command) -> tuple[int, list[Message]]:
+    def _do_set_mode(self, command: ReceivedCommand) -> tuple[int, list[Message]]:
         flags, number = integer(command.params[0]), integer(command.params[1])
         if flags is None or number is None or not flags & mavlink.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED:
             return DENIED, []
         return self._mode(number)
 
-    def _take_off(self, command: Command) -> tuple[int, list[Message]]:
+    def _take_off(self, command: ReceivedCommand) -> tuple[int, list[Message]]:
         return self._told(self.vehicle.take_off(command.params[6]))
 
-    def _prearm_checks(self, command: Command) -> tuple[int, list[Message]]:
+    def _prearm_checks(self, command: ReceivedCommand) -> tuple[int, list[Message]]:
         missing = self.vehicle.missing()
         return ACCEPTED, self._text(f'PreArm: {missing}', mavlink.MAV_SEVERITY_CRITICAL) if missing else []

@@ -10,10 +10,10 @@ from typing import Any, ClassVar, NamedTuple
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from advise_ros.sim import telemetry
-from advise_ros.sim.parameters import Parameters
+from advise_ros.sim.parameters import AutopilotParameters
 from advise_ros.sim.setpoints import Setpoint
 from advise_ros.sim.streams import Streams
-from advise_ros.sim.vehicle import Outcome, Vehicle
+from advise_ros.sim.vehicle import RequestOutcome, SimulatedVehicle
 
 Message = Any
 COMPONENT_ID = 1
@@ -26,14 +26,14 @@ ACCEPTED, REJECTED, DENIED, UNSUPPORTED, FAILED = (
 )
 
 
-class Command(NamedTuple):
+class ReceivedCommand(NamedTuple):
     """A COMMAND_LONG or COMMAND_INT with its seven parameters."""
 
     number: int
     params: tuple[float, ...]
 
 
-class Channel:
+class TelemetryChannel:
     """One link: what is sent on it by itself, and whether anybody, or a ground station, has spoken there."""
 
     def __init__(self) -> None:
@@ -56,11 +56,11 @@ class Autopilot(ABC):
     refusal = FAILED
     builders: ClassVar[Mapping[int, Callable[[Any], Message | None]]] = telemetry.BUILDERS
 
-    def __init__(self, vehicle: Vehicle, parameters: Parameters, system_id: int) -> None:
+    def __init__(self, vehicle: SimulatedVehicle, parameters: AutopilotParameters, system_id: int) -> None:
         self.vehicle = vehicle
         self.system_id = system_id
         self._parameters = parameters
-        self._channels = [Channel()]
+        self._channels = [TelemetryChannel()]
         self._asking = self._channels[0]
         self._text_id = 0
         self._reboots = False
@@ -74,7 +74,7 @@ class Autopilot(ABC):
             'PARAM_SET': self._on_param_set,
             'TIMESYNC': self._on_timesync,
         }
-        self._commands: dict[int, Callable[[Command], tuple[int, list[Message]]]] = {
+        self._commands: dict[int, Callable[[ReceivedCommand], tuple[int, list[Message]]]] = {
             mavlink.MAV_CMD_COMPONENT_ARM_DISARM: self._arm_disarm,
             mavlink.MAV_CMD_DO_SET_MODE: self._do_set_mode,
             mavlink.MAV_CMD_NAV_TAKEOFF: self._take_off,
@@ -85,10 +85,10 @@ class Autopilot(ABC):
 
     # -- what differs ------------------------------------------------------------------------
     @abstractmethod
-    def _do_set_mode(self, command: Command) -> tuple[int, list[Message]]: ...
+    def _do_set_mode(self, command: ReceivedCommand) -> tuple[int, list[Message]]: ...
 
     @abstractmethod
-    def _take_off(self, command: Command) -> tuple[int, list[Message]]: ...
+    def _take_off(self, command: ReceivedCommand) -> tuple[int, list[Message]]: ...
 
     @abstractmethod
     def _setpoint(self, message: Message) -> Setpoint | None:
@@ -120,14 +120,14 @@ class Autopilot(ABC):
         texts = self.vehicle.take_texts()
         return [self._due(channel, texts) for channel in self._channels]
 
-    def _due(self, channel: Channel, texts: list[str]) -> list[Message]:
+    def _due(self, channel: TelemetryChannel, texts: list[str]) -> list[Message]:
         self._asking = channel
         said = [part for text in texts for part in self._text(text)]
         return said + self._built(channel.streams.due(self.vehicle.now_ns))
 
     def add_channel(self) -> int:
         """One more link; returns its number."""
-        self._channels.append(Channel())
+        self._channels.append(TelemetryChannel())
         return len(self._channels) - 1
 
     @property
@@ -139,7 +139,7 @@ class Autopilot(ABC):
         """The clock starts at zero; parameters stay, what was asked for on the links is forgotten."""
         self._reboots = False
         self.vehicle.boot()
-        self._channels = [Channel() for _ in self._channels]
+        self._channels = [TelemetryChannel() for _ in self._channels]
         self._parameters_changed()
 
     def receive(self, message: Message, channel: int = 0) -> list[Message]:
@@ -167,7 +167,7 @@ class Autopilot(ABC):
         number = self._text_id if len(chunks) > 1 else 0
         return [mavlink.MAVLink_statustext_message(severity, part, number, at) for at, part in enumerate(chunks)]
 
-    def _told(self, outcome: Outcome) -> tuple[int, list[Message]]:
+    def _told(self, outcome: RequestOutcome) -> tuple[int, list[Message]]:
         severity = mavlink.MAV_SEVERITY_INFO if outcome.accepted else mavlink.MAV_SEVERITY_WARNING
         return (ACCEPTED if outcome.accepted else self.refusal), self._text(outcome.text, severity)
 
@@ -189,20 +189,20 @@ class Autopilot(ABC):
 
     def _on_command_long(self, message: Message) -> list[Message]:
         params = tuple(float(getattr(message, f'param{n}')) for n in range(1, 8))
-        return self._run(Command(message.command, params), message)
+        return self._run(ReceivedCommand(message.command, params), message)
 
     def _on_command_int(self, message: Message) -> list[Message]:
         first = (float(getattr(message, f'param{n}')) for n in range(1, 5))
         params = (*first, float(message.x), float(message.y), float(message.z))
-        return self._run(Command(message.command, params), message)
+        return self._run(ReceivedCommand(message.command, params), message)
 
-    def _run(self, command: Command, message: Message) -> list[Message]:
+    def _run(self, command: ReceivedCommand, message: Message) -> list[Message]:
         handler = self._commands.get(command.number)
         result, replies = (UNSUPPORTED, []) if handler is None else handler(command)
         return [*replies, ack(command.number, result, message)]
 
     # -- commands ----------------------------------------------------------------------------
-    def _arm_disarm(self, command: Command) -> tuple[int, list[Message]]:
+    def _arm_disarm(self, command: ReceivedCommand) -> tuple[int, list[Message]]:
         force = command.params[1] == FORCE
         if command.params[0] == 1.0:
             return self._told(self.vehicle.arm(force=force))
@@ -213,7 +213,7 @@ class Autopilot(ABC):
     def _mode(self, number: int) -> tuple[int, list[Message]]:
         return self._told(self.vehicle.set_mode(number))
 
-    def _set_interval(self, command: Command) -> tuple[int, list[Message]]:
+    def _set_interval(self, command: ReceivedCommand) -> tuple[int, list[Message]]:
         message_id, interval_us = integer(command.params[0]), command.params[1]
         if message_id is None or message_id not in self.builders:
             return FAILED, self._text(f'No message with id {command.params[0]:g} to send')
@@ -225,13 +225,13 @@ class Autopilot(ABC):
             self._streams.stop(message_id)
         return ACCEPTED, []
 
-    def _reboot(self, command: Command) -> tuple[int, list[Message]]:
+    def _reboot(self, command: ReceivedCommand) -> tuple[int, list[Message]]:
         if self.vehicle.armed or command.params[0] != 1.0:
             return self.refusal, []
         self._reboots = True
         return ACCEPTED, []
 
-    def _request_message(self, command: Command) -> tuple[int, list[Message]]:
+    def _request_message(self, command: ReceivedCommand) -> tuple[int, list[Message]]:
         message_id = integer(command.params[0])
         if message_id is None or message_id not in self.builders:
             return FAILED, self._text(f'No message with id {command.params[0]:g} to send')

@@ -9,14 +9,14 @@ FLYING_A, IDLE_A, STANDBY_A = 15.0, 1.5, 0.3
 
 
 @dataclass(frozen=True)
-class Battery:
+class SimulatedBattery:
     """What is left, as seconds of flight."""
 
     full_s: float
     used_s: float = 0.0
     current_a: float = STANDBY_A
 
-    def after(self, step_s: float, *, armed: bool, airborne: bool) -> Battery:
+    def after(self, step_s: float, *, armed: bool, airborne: bool) -> SimulatedBattery:
         """The battery one step later; on the ground it lasts longer by the ratio of the currents."""
         current = FLYING_A if airborne else IDLE_A if armed else STANDBY_A
         used = self.used_s + (step_s * current / FLYING_A if armed or airborne else 0.0)

@@ -32,7 +32,7 @@ YAW_RATE_LIMIT_RAD_S = math.radians(60.0)
 
 
 @dataclass(frozen=True)
-class Limits:
+class ControlLimits:
     """What the autopilot allows itself."""
 
     speed_m_s: float = SimulatorConfig.max_speed_m_s
@@ -109,12 +109,12 @@ def shape(velocity: Array, acceleration: Array, wanted: Array, limits: tuple[flo
     return velocity + acceleration * step_s, acceleration
 
 
-def horizontal_acceleration(target: Target, limits: Limits) -> float:
+def horizontal_acceleration(target: Target, limits: ControlLimits) -> float:
     """Positions are flown to more gently than velocities are changed."""
     return limits.acceleration_m_s2 if target.east_north_m is None else min(limits.acceleration_m_s2, SEEKING_M_S2)
 
 
-def wanted_velocity(target: Target, position_enu_m: Array, limits: Limits) -> Array:
+def wanted_velocity(target: Target, position_enu_m: Array, limits: ControlLimits) -> Array:
     """The target as a velocity within the limits, (3,)."""
     wanted = np.array(target.velocity_enu_m_s)
     if target.east_north_m is not None:
@@ -128,7 +128,7 @@ def wanted_velocity(target: Target, position_enu_m: Array, limits: Limits) -> Ar
     return wanted
 
 
-def advance(reference: Reference, target: Target, position_enu_m: Array, limits: Limits, step_s: float) -> Reference:
+def advance(reference: Reference, target: Target, position_enu_m: Array, limits: ControlLimits, step_s: float) -> Reference:
     """The reference one step later; it never runs further than a leash ahead of the craft."""
     wanted = wanted_velocity(target, reference.position_enu_m, limits)
     climb = target.climb_acceleration_m_s2 or limits.climb_acceleration_m_s2
@@ -177,7 +177,7 @@ def carried(reference: Reference, target: Target, position_enu_m: Array, velocit
     )
 
 
-def cascaded_acceleration(reference: Reference, target: Target, limits: Limits, step_s: float) -> tuple[Array, Reference]:
+def cascaded_acceleration(reference: Reference, target: Target, limits: ControlLimits, step_s: float) -> tuple[Array, Reference]:
     """As `thrust_acceleration`, by PX4's cascade: a distance makes a velocity, to which the wanted one is added."""
     wanted = np.array(target.velocity_enu_m_s)
     if target.east_north_m is not None:

@@ -29,7 +29,7 @@ HOLD = Target()
 
 
 @dataclass
-class Flight:
+class SimulatedFlight:
     """The flying half of the autopilot; the other half decides whether it may fly at all."""
 
     # The mode in which it follows setpoints.

@@ -34,7 +34,7 @@ class Port(Protocol):
         """Give the port back."""
 
 
-class Link:
+class SimulatorLink:
     """Packs messages as one system and moves them over a port; with a key, signed ones only."""
 
     def __init__(
@@ -70,7 +70,7 @@ def open_port(endpoint: str, verifier: Verifier | None = None, parameter: str = 
         InputError: malformed, unknown host, or the port is in use.
     """
     kind, _, rest = endpoint.partition(':')
-    makers: dict[str, Any] = {'udpout': UdpOut, 'udpin': UdpIn, 'tcpin': TcpIn}
+    makers: dict[str, Any] = {'udpout': UdpSender, 'udpin': UdpListener, 'tcpin': TcpListener}
     host, _, number = rest.rpartition(':')
     if kind not in makers or not host or not (number.isascii() and number.isdigit() and 0 < int(number) < 65536):
         raise InputError(f"parameter '{parameter}' is '{endpoint}'; it must be {FORMS}, with a port from 1 to 65535")
@@ -86,7 +86,7 @@ def open_port(endpoint: str, verifier: Verifier | None = None, parameter: str = 
     return port
 
 
-class UdpOut:
+class UdpSender:
     """Sends to a fixed address, like SITL to a companion, and hears what comes back."""
 
     def __init__(self, address: Address, verifier: Verifier | None = None) -> None:
@@ -121,7 +121,7 @@ class UdpOut:
         self._socket.close()
 
 
-class UdpIn(UdpOut):
+class UdpListener(UdpSender):
     """Listens; answers go to whoever sent the last valid frame."""
 
     def __init__(self, address: Address, verifier: Verifier | None = None) -> None:
@@ -137,7 +137,7 @@ class UdpIn(UdpOut):
         self._peer = sender
 
 
-class TcpIn:
+class TcpListener:
     """Listens for one client; as with SITL, a second one may connect but hears nothing until the first has gone."""
 
     def __init__(self, address: Address, verifier: Verifier | None = None) -> None:

@@ -22,7 +22,7 @@ REAL, INTEGER = mavlink.MAV_PARAM_TYPE_REAL32, mavlink.MAV_PARAM_TYPE_INT32
 
 
 @dataclass
-class Parameters:
+class AutopilotParameters:
     """Names and values; those in `settable` can be changed within their range, the others keep their value.
 
     Attributes:
@@ -68,14 +68,14 @@ class Parameters:
         )
 
 
-def _made(table: dict[str, Entry], **more: Any) -> Parameters:
+def _made(table: dict[str, Entry], **more: Any) -> AutopilotParameters:
     """Parameters of name -> (value, lowest, highest), or the value alone where nobody can change it."""
     values = {name: entry[0] if isinstance(entry, tuple) else entry for name, entry in table.items()}
     settable = {name: (entry[1], entry[2]) for name, entry in table.items() if isinstance(entry, tuple)}
-    return Parameters(values, settable, **more)
+    return AutopilotParameters(values, settable, **more)
 
 
-def of_arducopter(config: SimulatorConfig) -> Parameters:
+def of_arducopter(config: SimulatorConfig) -> AutopilotParameters:
     """ArduCopter's, as it comes out of the box; GUID_TIMEOUT as configured. Altitudes and speeds in cm and cm/s."""
     return _made({
         'SYSID_THISMAV': float(config.system_id),
@@ -95,7 +95,7 @@ def of_arducopter(config: SimulatorConfig) -> Parameters:
     })
 
 
-def of_px4(config: SimulatorConfig) -> Parameters:
+def of_px4(config: SimulatorConfig) -> AutopilotParameters:
     """PX4's, as a multicopter on SIH comes out of the box."""
     whole: dict[str, Entry] = {
         'MAV_SYS_ID': float(config.system_id), 'COM_OBL_RC_ACT': (0.0, 0.0, 7.0), 'COM_RCL_EXCEPT': (0.0, 0.0, 31.0),

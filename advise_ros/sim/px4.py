@@ -9,7 +9,17 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from advise_ros.config import SimulatorConfig
 from advise_ros.sim import geofence, parameters, px4_telemetry, setpoints
-from advise_ros.sim.autopilot import ACCEPTED, DENIED, FAILED, REJECTED, Autopilot, Channel, Command, Message, integer
+from advise_ros.sim.autopilot import (
+    ACCEPTED,
+    DENIED,
+    FAILED,
+    REJECTED,
+    Autopilot,
+    Message,
+    ReceivedCommand,
+    TelemetryChannel,
+    integer,
+)
 from advise_ros.sim.geography import ORIGIN_ALTITUDE_M
 from advise_ros.sim.modes import Px4Mode
 from advise_ros.sim.px4_vehicle import Px4Vehicle
@@ -20,7 +30,7 @@ FEWEST_SATELLITES = 4
 ASKS_TIME_NS = 100_000_000
 
 
-class Px4(Autopilot):
+class SimulatedPx4(Autopilot):
     """PX4 as a companion sees it: OFFBOARD lives by the stream, and texts are for ground stations only."""
 
     refusal = REJECTED
@@ -39,7 +49,7 @@ class Px4(Autopilot):
         """To others it sends events, which few programs can read."""
         return super()._text(text, severity) if self._asking.ground_station else []
 
-    def _due(self, channel: Channel, texts: list[str]) -> list[Message]:
+    def _due(self, channel: TelemetryChannel, texts: list[str]) -> list[Message]:
         """It asks its peers for their time, too."""
         asks = self.vehicle.now_ns // ASKS_TIME_NS > (self.vehicle.now_ns - self.vehicle.step_ns) // ASKS_TIME_NS
         time = [mavlink.MAVLink_timesync_message(0, self.vehicle.now_ns)] if asks and channel.spoken_to else []
@@ -80,15 +90,15 @@ class Px4(Autopilot):
             self.vehicle.say(why)
         return setpoint
 
-    def _set_interval(self, command: Command) -> tuple[int, list[Message]]:
+    def _set_interval(self, command: ReceivedCommand) -> tuple[int, list[Message]]:
         if command.params[0] == mavlink.MAVLINK_MSG_ID_HEARTBEAT:
             return FAILED, []
         return super()._set_interval(command)
 
-    def _arm_disarm(self, command: Command) -> tuple[int, list[Message]]:
+    def _arm_disarm(self, command: ReceivedCommand) -> tuple[int, list[Message]]:
         return (DENIED, []) if command.params[2] != 0.0 else super()._arm_disarm(command)
 
-    def _do_set_mode(self, command: Command) -> tuple[int, list[Message]]:
+    def _do_set_mode(self, command: ReceivedCommand) -> tuple[int, list[Message]]:
         flags, main, sub = (integer(value) for value in command.params[:3])
         if flags is None or main is None or sub is None or command.params[3] != 0.0:
             return DENIED, []
@@ -96,7 +106,7 @@ class Px4(Autopilot):
             return DENIED, []
         return self._mode(main << 16 | sub << 24)
 
-    def _take_off(self, command: Command) -> tuple[int, list[Message]]:
+    def _take_off(self, command: ReceivedCommand) -> tuple[int, list[Message]]:
         """The altitude is above mean sea level, not above the ground."""
         if command.params[1] != 0.0 and not math.isnan(command.params[1]):
             return DENIED, []

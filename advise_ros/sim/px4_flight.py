@@ -7,7 +7,7 @@ from enum import IntEnum
 from typing import ClassVar
 
 from advise_ros.sim.control import Target
-from advise_ros.sim.flight import HOLD, SPOOL_UP_S, Flight, descend
+from advise_ros.sim.flight import HOLD, SPOOL_UP_S, SimulatedFlight, descend
 from advise_ros.sim.modes import Px4Mode
 from advise_ros.sim.quadcopter import State
 from advise_ros.sim.setpoints import Setpoint
@@ -22,7 +22,7 @@ FASTEST_M_S = 12.0
 
 
 @dataclass
-class Px4Flight(Flight):
+class Px4Flight(SimulatedFlight):
     """What each of PX4's modes flies; setpoints do not grow stale here, OFFBOARD is left instead."""
 
     obedient: ClassVar[IntEnum] = Px4Mode.OFFBOARD

@@ -14,7 +14,7 @@ from advise_ros.sim.modes import PX4_ARMABLE, Px4Mode, known_px4
 from advise_ros.sim.px4_flight import TAKEOFF_M, Px4Flight
 from advise_ros.sim.satellites import Px4Filter
 from advise_ros.sim.setpoints import Setpoint
-from advise_ros.sim.vehicle import DONE, Outcome, Vehicle
+from advise_ros.sim.vehicle import DONE, RequestOutcome, SimulatedVehicle
 
 REACHED_M = 0.2
 # A stream this young does not arm in OFFBOARD, nor bring OFFBOARD back.
@@ -30,7 +30,7 @@ FENCE_ACTIONS = {HOLDS_AT_FENCE: Px4Mode.LOITER, 3: Px4Mode.RTL, 5: Px4Mode.LAND
 LOSS_ACTIONS = {4: Px4Mode.LAND, 5: Px4Mode.LOITER}
 
 
-class Px4Vehicle(Vehicle):
+class Px4Vehicle(SimulatedVehicle):
     """PX4's manners around arming, OFFBOARD and its losses.
 
     Attributes:
@@ -103,15 +103,15 @@ class Px4Vehicle(Vehicle):
         if self.mode is Px4Mode.OFFBOARD and self.armed:
             self.flight.take(setpoint, self.now_s, self.state if not self.airborne else None)
 
-    def arm(self, *, force: bool = False) -> Outcome:
+    def arm(self, *, force: bool = False) -> RequestOutcome:
         if self.armed:
             return DONE
         if not force and (why := self._unarmable()):
-            return Outcome(False, f'Arming denied: {why}')
+            return RequestOutcome(False, f'Arming denied: {why}')
         self.armed, self._idle_since_s = True, self.now_s
         if self.mode is Px4Mode.TAKEOFF:
             self.flight.take_off(self.flight.takeoff_to_m or TAKEOFF_M, self.now_s)
-        return Outcome(True, 'Armed by external command')
+        return RequestOutcome(True, 'Armed by external command')
 
     def _unarmable(self) -> str:
         if not self.ready or self.battery.remaining <= 0.0:
@@ -125,14 +125,14 @@ class Px4Vehicle(Vehicle):
     def _hears_ground_station(self) -> bool:
         return self.ground_station_s is not None and self.now_s - self.ground_station_s <= GROUND_STATION_LOST_S
 
-    def set_mode(self, number: int) -> Outcome:
+    def set_mode(self, number: int) -> RequestOutcome:
         mode = known_px4(number)
         if mode is None:
-            return Outcome(False, f'Mode {number:#010x} is not simulated')
+            return RequestOutcome(False, f'Mode {number:#010x} is not simulated')
         if mode is Px4Mode.OFFBOARD and self.armed and not self.streaming:
-            return Outcome(False, 'Switching to Offboard is currently not available: no offboard signal')
+            return RequestOutcome(False, 'Switching to Offboard is currently not available: no offboard signal')
         if mode is Px4Mode.POSCTL and self.sticks_s is None:
-            return Outcome(False, 'Switching to Position is currently not available: no manual control input')
+            return RequestOutcome(False, 'Switching to Position is currently not available: no manual control input')
         self._intend(mode)
         self._held_by_fence = False
         if mode is not self.mode:
@@ -145,10 +145,10 @@ class Px4Vehicle(Vehicle):
         if mode in PX4_ARMABLE:
             self._after_disarming = mode
 
-    def take_off_to(self, altitude_m: float | None) -> Outcome:
+    def take_off_to(self, altitude_m: float | None) -> RequestOutcome:
         """Enter TAKEOFF; it climbs once armed. None: the altitude of its parameter."""
         if self.airborne:
-            return Outcome(False, 'Takeoff denied: already in the air')
+            return RequestOutcome(False, 'Takeoff denied: already in the air')
         altitude_m = TAKEOFF_M if altitude_m is None else max(altitude_m, TAKEOFF_M)
         self.flight.enter(Px4Mode.TAKEOFF)
         self.flight.takeoff_to_m = altitude_m

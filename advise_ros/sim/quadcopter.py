@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from advise_ros.sim import airframe, control
 from advise_ros.sim.airframe import Airframe, Body
-from advise_ros.sim.control import Limits, Reference, Target
+from advise_ros.sim.control import ControlLimits, Reference, Target
 from advise_ros.sim.wind import Wind
 
 Array = NDArray[np.float64]
@@ -84,7 +84,7 @@ def euler(quaternion: Array) -> tuple[float, float, float]:
 class Quadcopter:
     """A craft with its limits and its weather."""
 
-    limits: Limits = field(default_factory=Limits)
+    limits: ControlLimits = field(default_factory=ControlLimits)
     wind: Wind = field(default_factory=Wind)
     step_s: float = 0.025
     airframe: Airframe = field(default_factory=Airframe)

@@ -16,7 +16,7 @@ from advise_ros.mavlink import frames
 from advise_ros.sim import truth
 from advise_ros.sim.geography import ORIGIN_ALTITUDE_M, latitude_longitude_e7, ned
 from advise_ros.sim.setpoints import ACCELERATION_BITS, POSITION_BITS, VELOCITY_BITS, YAW_BIT, YAW_RATE_BIT, Setpoint
-from advise_ros.sim.vehicle import BOOTED_AT_UNIX_S, Vehicle
+from advise_ros.sim.vehicle import BOOTED_AT_UNIX_S, SimulatedVehicle
 
 Message = Any
 
@@ -29,7 +29,7 @@ SENSORS = (
 OTHER_BITS = ACCELERATION_BITS | YAW_BIT | YAW_RATE_BIT
 
 
-def heartbeat(vehicle: Vehicle) -> Message:
+def heartbeat(vehicle: SimulatedVehicle) -> Message:
     flags = mavlink.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED | (mavlink.MAV_MODE_FLAG_SAFETY_ARMED if vehicle.armed else 0)
     status = mavlink.MAV_STATE_ACTIVE if vehicle.armed else mavlink.MAV_STATE_STANDBY
     status = mavlink.MAV_STATE_CRITICAL if vehicle.in_failsafe else status
@@ -38,7 +38,7 @@ def heartbeat(vehicle: Vehicle) -> Message:
     )
 
 
-def sys_status(vehicle: Vehicle) -> Message:
+def sys_status(vehicle: SimulatedVehicle) -> Message:
     health = SENSORS | (PREARM_CHECK if vehicle.healthy else 0)
     battery = vehicle.battery
     return mavlink.MAVLink_sys_status_message(
@@ -47,7 +47,7 @@ def sys_status(vehicle: Vehicle) -> Message:
     )
 
 
-def battery_status(vehicle: Vehicle) -> Message:
+def battery_status(vehicle: SimulatedVehicle) -> Message:
     battery = vehicle.battery
     unknown = 0xFFFF
     return mavlink.MAVLink_battery_status_message(
@@ -57,7 +57,7 @@ def battery_status(vehicle: Vehicle) -> Message:
     )
 
 
-def local_position_ned(vehicle: Vehicle) -> Message | None:
+def local_position_ned(vehicle: SimulatedVehicle) -> Message | None:
     if not vehicle.has_position:
         return None
     state = vehicle.state
@@ -65,22 +65,22 @@ def local_position_ned(vehicle: Vehicle) -> Message | None:
     return mavlink.MAVLink_local_position_ned_message(vehicle.stamp_ms, *position, *velocity)
 
 
-def attitude(vehicle: Vehicle) -> Message:
+def attitude(vehicle: SimulatedVehicle) -> Message:
     forward, left, up = (float(rate) for rate in vehicle.state.body['w'])
     rates = frames.flu_from_frd((forward, left, up))
     return mavlink.MAVLink_attitude_message(vehicle.stamp_ms, *truth.angles_ned_rad(vehicle), *rates)
 
 
-def ekf_status_report(vehicle: Vehicle) -> Message:
+def ekf_status_report(vehicle: SimulatedVehicle) -> Message:
     flags = vehicle.filter.flags if vehicle.filter_settled else FILTER_STARTING
     return mavlink.MAVLink_ekf_status_report_message(flags, 0.05, vehicle.filter.variance, 0.04, 0.02, 0.0, 0.0)
 
 
-def extended_sys_state(vehicle: Vehicle) -> Message:
+def extended_sys_state(vehicle: SimulatedVehicle) -> Message:
     return mavlink.MAVLink_extended_sys_state_message(mavlink.MAV_VTOL_STATE_UNDEFINED, _landed_state(vehicle))
 
 
-def _landed_state(vehicle: Vehicle) -> int:
+def _landed_state(vehicle: SimulatedVehicle) -> int:
     if not vehicle.airborne:
         return int(mavlink.MAV_LANDED_STATE_ON_GROUND)
     if vehicle.flight.takeoff_to_m is not None:
@@ -90,7 +90,7 @@ def _landed_state(vehicle: Vehicle) -> int:
     return int(mavlink.MAV_LANDED_STATE_IN_AIR)
 
 
-def gps_raw_int(vehicle: Vehicle) -> Message:
+def gps_raw_int(vehicle: SimulatedVehicle) -> Message:
     if not vehicle.satellites or not vehicle.sees_satellites:
         return mavlink.MAVLink_gps_raw_int_message(vehicle.now_ns // 1000, 1, 0, 0, 0, 0xFFFF, 0xFFFF, 0xFFFF, 0xFFFF, 0)
     north, east, _ = ned(vehicle.state.velocity_enu_m_s)
@@ -102,7 +102,7 @@ def gps_raw_int(vehicle: Vehicle) -> Message:
     )
 
 
-def global_position_int(vehicle: Vehicle) -> Message | None:
+def global_position_int(vehicle: SimulatedVehicle) -> Message | None:
     if not vehicle.has_position:
         return None
     north, east, down = (round(part * 100) for part in ned(vehicle.state.estimated_velocity_enu_m_s))
@@ -115,12 +115,12 @@ def global_position_int(vehicle: Vehicle) -> Message | None:
     )
 
 
-def system_time(vehicle: Vehicle) -> Message:
+def system_time(vehicle: SimulatedVehicle) -> Message:
     """Its unix time goes as fast as the simulated one."""
     return mavlink.MAVLink_system_time_message(BOOTED_AT_UNIX_S * 1_000_000 + vehicle.now_ns // 1000, vehicle.stamp_ms)
 
 
-def position_target(vehicle: Vehicle) -> Message | None:
+def position_target(vehicle: SimulatedVehicle) -> Message | None:
     """The setpoint that is being flown, whoever sent it; only in the mode that takes setpoints."""
     if vehicle.mode.name not in ('GUIDED', 'OFFBOARD'):
         return None
@@ -133,7 +133,7 @@ def position_target(vehicle: Vehicle) -> Message | None:
     )
 
 
-def autopilot_version(vehicle: Vehicle) -> Message:
+def autopilot_version(vehicle: SimulatedVehicle) -> Message:
     capabilities = (
         mavlink.MAV_PROTOCOL_CAPABILITY_MAVLINK2 | mavlink.MAV_PROTOCOL_CAPABILITY_PARAM_FLOAT
         | mavlink.MAV_PROTOCOL_CAPABILITY_SET_POSITION_TARGET_LOCAL_NED
@@ -141,7 +141,7 @@ def autopilot_version(vehicle: Vehicle) -> Message:
     return mavlink.MAVLink_autopilot_version_message(capabilities, 0x04070000, 0, 0, 0, [0] * 8, [0] * 8, [0] * 8, 0, 0, 0)
 
 
-BUILDERS: dict[int, Callable[[Vehicle], Message | None]] = {
+BUILDERS: dict[int, Callable[[SimulatedVehicle], Message | None]] = {
     mavlink.MAVLINK_MSG_ID_HEARTBEAT: heartbeat,
     mavlink.MAVLINK_MSG_ID_SYS_STATUS: sys_status,
     mavlink.MAVLINK_MSG_ID_SYSTEM_TIME: system_time,

@@ -9,19 +9,19 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from advise_ros.mavlink import frames
 from advise_ros.sim.geography import ORIGIN_ALTITUDE_M, latitude_longitude_e7, ned
-from advise_ros.sim.vehicle import Vehicle
+from advise_ros.sim.vehicle import SimulatedVehicle
 
 Message = Any
 
 
-def angles_ned_rad(vehicle: Vehicle) -> tuple[float, float, float]:
+def angles_ned_rad(vehicle: SimulatedVehicle) -> tuple[float, float, float]:
     """Roll, pitch and yaw of the FRD body in NED."""
     roll, pitch, yaw = vehicle.state.roll_pitch_yaw_rad
     roll, pitch, _ = frames.flu_from_frd((roll, pitch, 0.0))
     return roll, pitch, frames.yaw_enu_from_ned(yaw)
 
 
-def quaternion_ned(vehicle: Vehicle) -> tuple[float, float, float, float]:
+def quaternion_ned(vehicle: SimulatedVehicle) -> tuple[float, float, float, float]:
     """The same attitude as a quaternion [w, x, y, z]."""
     (sr, cr), (sp, cp), (sy, cy) = ((math.sin(angle / 2), math.cos(angle / 2)) for angle in angles_ned_rad(vehicle))
     return (
@@ -29,7 +29,7 @@ def quaternion_ned(vehicle: Vehicle) -> tuple[float, float, float, float]:
     )
 
 
-def sim_state(vehicle: Vehicle) -> Message:
+def sim_state(vehicle: SimulatedVehicle) -> Message:
     """ArduPilot's SIM_STATE."""
     latitude, longitude = latitude_longitude_e7(vehicle.state.position_enu_m)
     zeros = [0.0] * 6
@@ -39,14 +39,14 @@ def sim_state(vehicle: Vehicle) -> Message:
     )
 
 
-def simstate(vehicle: Vehicle) -> Message:
+def simstate(vehicle: SimulatedVehicle) -> Message:
     """ArduPilot's older SIMSTATE, without a height."""
     return mavlink.MAVLink_simstate_message(
         *angles_ned_rad(vehicle), *[0.0] * 6, *latitude_longitude_e7(vehicle.state.position_enu_m),
     )
 
 
-def hil_state_quaternion(vehicle: Vehicle) -> Message:
+def hil_state_quaternion(vehicle: SimulatedVehicle) -> Message:
     """PX4's ground truth."""
     velocity_cm_s = (round(part * 100) for part in ned(vehicle.state.velocity_enu_m_s))
     return mavlink.MAVLink_hil_state_quaternion_message(

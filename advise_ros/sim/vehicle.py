@@ -13,9 +13,9 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from advise_ros.config import SimulatorConfig
 from advise_ros.core.units import NS
-from advise_ros.sim.battery import Battery
-from advise_ros.sim.control import Limits, Target
-from advise_ros.sim.flight import Flight
+from advise_ros.sim.battery import SimulatedBattery
+from advise_ros.sim.control import ControlLimits, Target
+from advise_ros.sim.flight import SimulatedFlight
 from advise_ros.sim.geofence import Geofence
 from advise_ros.sim.modes import ARMABLE, DESCENDING, Mode, known
 from advise_ros.sim.quadcopter import Quadcopter, State
@@ -36,17 +36,17 @@ HIGHEST_M = 1000.0
 POSITION_SHARE, FILTER_SHARE = 0.55, 0.9
 
 
-class Outcome(NamedTuple):
+class RequestOutcome(NamedTuple):
     """Whether a request was taken, and the words for a person if there are any."""
 
     accepted: bool
     text: str = ''
 
 
-DONE = Outcome(accepted=True)
+DONE = RequestOutcome(accepted=True)
 
 
-class Vehicle:
+class SimulatedVehicle:
     """One simulated vehicle. `rng` gives two numbers a tick, flying or not.
 
     Attributes:
@@ -65,11 +65,11 @@ class Vehicle:
         self.fence = Geofence()
         self.step_ns = round(config.step_s * NS)
         self._quadcopter = Quadcopter(
-            limits=Limits(speed_m_s=config.max_speed_m_s, acceleration_m_s2=config.acceleration_m_s2),
+            limits=ControlLimits(speed_m_s=config.max_speed_m_s, acceleration_m_s2=config.acceleration_m_s2),
             wind=Wind((config.wind_east_m_s, config.wind_north_m_s), config.gust_m_s),
             step_s=config.step_s,
         )
-        self.battery = Battery(config.battery_s)
+        self.battery = SimulatedBattery(config.battery_s)
         self.boot()
 
     def boot(self) -> None:
@@ -96,8 +96,8 @@ class Vehicle:
     def _new_filter(self) -> None:
         self.filter = ArduPilotFilter(self._filter_rng, self._config.step_s)
 
-    def _new_flight(self, home_m: tuple[float, float]) -> Flight:
-        return Flight(timeout_s=self._config.guided_timeout_s, home_m=home_m)
+    def _new_flight(self, home_m: tuple[float, float]) -> SimulatedFlight:
+        return SimulatedFlight(timeout_s=self._config.guided_timeout_s, home_m=home_m)
 
     @property
     def now_s(self) -> float:
@@ -154,19 +154,19 @@ class Vehicle:
         """Leave a text for `take_texts`."""
         self._texts.append(text)
 
-    def arm(self, *, force: bool = False) -> Outcome:
+    def arm(self, *, force: bool = False) -> RequestOutcome:
         """Start the motors; arming what is armed is accepted."""
         if self.armed:
             return DONE
         if self.battery.remaining <= 0.0:
-            return Outcome(False, 'Arm: the battery is empty')
+            return RequestOutcome(False, 'Arm: the battery is empty')
         if not self.ready and not force:
-            return Outcome(False, f'Arm: {self.missing()}')
+            return RequestOutcome(False, f'Arm: {self.missing()}')
         if self.mode not in ARMABLE:
-            return Outcome(False, f'Arm: mode {self.mode.name} cannot be armed in')
+            return RequestOutcome(False, f'Arm: mode {self.mode.name} cannot be armed in')
         self.armed, self._idle_since_s = True, self.now_s
         self.flight.forget()
-        return Outcome(True, 'Arming motors')
+        return RequestOutcome(True, 'Arming motors')
 
     def missing(self) -> str:
         """What it still waits for before it may be armed, '' if nothing."""
@@ -178,10 +178,10 @@ class Vehicle:
             return 'Need Position Estimate'
         return 'pre-arm checks still running' if self.filter_settled else 'state estimate not settled yet'
 
-    def disarm(self, *, force: bool = False) -> Outcome:
+    def disarm(self, *, force: bool = False) -> RequestOutcome:
         """Stop the motors; in the air only by force, and then it falls."""
         if self.airborne and not force:
-            return Outcome(False, 'Disarm: still in the air')
+            return RequestOutcome(False, 'Disarm: still in the air')
         self._disarm()
         return DONE
 
@@ -191,25 +191,25 @@ class Vehicle:
         self.armed = False
         self.flight.forget()
 
-    def set_mode(self, number: int) -> Outcome:
+    def set_mode(self, number: int) -> RequestOutcome:
         """Change the flight mode."""
         mode = known(number)
         if mode is None:
-            return Outcome(False, f'Mode {number} is not simulated')
+            return RequestOutcome(False, f'Mode {number} is not simulated')
         if mode is not self.mode:
             self.flight.enter(mode)
         return DONE
 
-    def take_off(self, altitude_m: float) -> Outcome:
+    def take_off(self, altitude_m: float) -> RequestOutcome:
         """Climb to an altitude above the ground; only in GUIDED, armed and on the ground."""
         if self.mode is not Mode.GUIDED:
-            return Outcome(False, f'Takeoff: mode is {self.mode.name}, not GUIDED')
+            return RequestOutcome(False, f'Takeoff: mode is {self.mode.name}, not GUIDED')
         if not self.armed:
-            return Outcome(False, 'Takeoff: not armed')
+            return RequestOutcome(False, 'Takeoff: not armed')
         if self.airborne:
-            return Outcome(False, 'Takeoff: already in the air')
+            return RequestOutcome(False, 'Takeoff: already in the air')
         if not 0.0 < altitude_m <= HIGHEST_M:
-            return Outcome(False, f'Takeoff: altitude must be 0 to {HIGHEST_M:g} m')
+            return RequestOutcome(False, f'Takeoff: altitude must be 0 to {HIGHEST_M:g} m')
         self.flight.take_off(altitude_m, self.now_s)
         return DONE
 

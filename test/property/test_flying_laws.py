@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from advise_ros.core.errors import InputError
 from advise_ros.core.flight.keyboard import decode
-from advise_ros.core.flight.policy_flight import FlightPlan, Phase, PolicyFlight
+from advise_ros.core.flight.policy_flight import FlightPhase, FlightPlan, PolicyFlight
 from advise_ros.core.flight.transit import shortest_way
 from advise_ros.core.flight.velocity_law import Leg, SeekSettings, seek
 from advise_ros.core.grid.grid import Grid
@@ -81,10 +81,10 @@ def test_a_flight_ends_as_the_grid_model_says(grid: Grid, data: st.DataObject, s
             break
     model = rollout(grid, greedy, grid.start_state(start), plan.step_budget)
     blocked = grid.is_blocked(grid.cell_of(model.states[-1]))
-    expected = Phase.SUCCEEDED if model.reached else Phase.BLOCKED if blocked else Phase.BUDGET_SPENT
+    expected = FlightPhase.SUCCEEDED if model.reached else FlightPhase.BLOCKED if blocked else FlightPhase.BUDGET_SPENT
     assert flight.phase is expected, flight.message
-    assert flight.waypoints_reached == model.waypoints_reached or expected is Phase.BUDGET_SPENT
-    assert flight.steps == model.steps or (expected is Phase.BUDGET_SPENT and stop_on_loop and flight.steps < model.steps)
+    assert flight.waypoints_reached == model.waypoints_reached or expected is FlightPhase.BUDGET_SPENT
+    assert flight.steps == model.steps or (expected is FlightPhase.BUDGET_SPENT and stop_on_loop and flight.steps < model.steps)
 
 
 @given(grids(), st.data())

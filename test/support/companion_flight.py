@@ -8,7 +8,7 @@ from typing import Any
 from advise_ros.mavlink.companion import Companion, Settings
 from advise_ros.mavlink.framing import Framer
 from advise_ros.mavlink.messages import dialect
-from advise_ros.mavlink.requests import Goal, Request
+from advise_ros.mavlink.requests import Goal, GoalRequest
 from support.scripted import ScriptedCopter
 
 DT_S = 0.05
@@ -52,7 +52,7 @@ class Flight:
             assert self.now_s < end_s, self.status
             self.tick()
 
-    def ask(self, goal: Goal, altitude_m: float = 3.0) -> Request:
+    def ask(self, goal: Goal, altitude_m: float = 3.0) -> GoalRequest:
         return self.companion.ask(goal, self.now_s, altitude_m)
 
     @property

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from advise_ros.config import SimulatorConfig
-from advise_ros.sim.link import Link
-from advise_ros.sim.parameters import Parameters
+from advise_ros.sim.link import SimulatorLink
+from advise_ros.sim.parameters import AutopilotParameters
 
 TICK_S = 0.0025  # Ten times faster than real.
 
@@ -22,7 +22,7 @@ def on_the_air(
 ) -> Iterator[Any]:
     """The simulated autopilot, in a thread of its own; `before` sees it with each message that it is about to take."""
     autopilot = dialect(SimulatorConfig(ready_after_s=2.0), np.random.default_rng(0))
-    link, end = Link(f'udpout:127.0.0.1:{port}', 1, 1, key), threading.Event()
+    link, end = SimulatorLink(f'udpout:127.0.0.1:{port}', 1, 1, key), threading.Event()
 
     def run() -> None:
         while not end.wait(TICK_S):
@@ -41,6 +41,6 @@ def on_the_air(
         link.close()
 
 
-def parameters_of(autopilot: Any) -> Parameters:
+def parameters_of(autopilot: Any) -> AutopilotParameters:
     """The simulated autopilot's own."""
     return autopilot._parameters

@@ -19,7 +19,7 @@ from advise_ros.core.demonstrations.discretise import discretise
 from advise_ros.core.demonstrations.recorded_flights import split
 from advise_ros.core.demonstrations.samples import CommandSamples, PoseSamples, Recording, VehicleEvent
 from advise_ros.core.flight.leg_follower import Pose
-from advise_ros.core.flight.policy_flight import FlightPlan, Phase, PolicyFlight
+from advise_ros.core.flight.policy_flight import FlightPlan, PolicyFlight
 from advise_ros.core.grid.grid import Grid, optimal_actions
 from advise_ros.core.learning.learner import Learned
 from advise_ros.core.learning.session import Session
@@ -243,4 +243,4 @@ def session_bag(answers: int = 1, *, take_back: bool = False) -> SessionBag:
     return bag
 
 
-__all__ = ['GRID', 'Phase', 'SessionBag', 'replace', 'session_bag']
+__all__ = ['GRID', 'SessionBag', 'replace', 'session_bag']

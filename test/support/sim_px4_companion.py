@@ -8,7 +8,7 @@ from typing import Any
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from advise_ros.sim.modes import Px4Mode
-from advise_ros.sim.px4 import Px4
+from advise_ros.sim.px4 import SimulatedPx4
 from support.sim_companion import ACCEPTED, ARM, SET_MODE, Companion
 
 OFFBOARD, LOITER_MODE, LAND_MODE, RTL_MODE, POSCTL = (6, 0), (4, 3), (4, 6), (4, 5), (3, 0)
@@ -19,7 +19,7 @@ class Px4Companion(Companion):
     """Speaks to a PX4."""
 
     def __init__(self, **values: Any) -> None:
-        super().__init__(dialect=Px4, **{'ready_after_s': 2.0, 'offboard_after_landing': True, **values})
+        super().__init__(dialect=SimulatedPx4, **{'ready_after_s': 2.0, 'offboard_after_landing': True, **values})
         self.run(3.0)
 
     @property

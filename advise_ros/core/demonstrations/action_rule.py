@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from advise_ros.core.demonstrations.flight_modes import Mover
 from advise_ros.core.demonstrations.samples import CommandSamples
-from advise_ros.core.grid.cell_path import Track
+from advise_ros.core.grid.cell_path import CellTrack
 from advise_ros.core.grid.grid import ACTION_STEP
 from advise_ros.core.units import NS
 
@@ -28,7 +28,7 @@ Stamps = npt.NDArray[np.int64]
 STEPS = np.array(ACTION_STEP, dtype=np.float64)
 
 
-class Verdict(Enum):
+class ActionVerdict(Enum):
     """How an action was decided."""
 
     AGREED = 'the command and the motion agree'
@@ -40,14 +40,14 @@ class Verdict(Enum):
     @property
     def is_action(self) -> bool:
         """Somebody made the move."""
-        return self not in (Verdict.DRIFTED, Verdict.ITSELF)
+        return self not in (ActionVerdict.DRIFTED, ActionVerdict.ITSELF)
 
 
 class Decided(NamedTuple):
     """The action of a move and how it was decided."""
 
     action: int
-    verdict: Verdict
+    verdict: ActionVerdict
 
 
 class Commands:
@@ -115,7 +115,7 @@ class Commands:
 
 
 def decide(
-    commands: Commands, track: Track, movers: list[Mover], resolution_m: float, *, commanded: bool,
+    commands: Commands, track: CellTrack, movers: list[Mover], resolution_m: float, *, commanded: bool,
 ) -> list[Decided]:
     """The action of each move, by its direction and the commands given from when its cell was entered until it was left.
 
@@ -142,15 +142,15 @@ def _decided(
     motion: int, mover: Mover, way: npt.NDArray[np.float64] | None, quiet_ns: int, *, commanded: bool,
 ) -> Decided:
     if mover is Mover.ITSELF:
-        return Decided(motion, Verdict.ITSELF)
+        return Decided(motion, ActionVerdict.ITSELF)
     if mover is Mover.STICKS or not commanded:
-        return Decided(motion, Verdict.BY_MOTION)
+        return Decided(motion, ActionVerdict.BY_MOTION)
     if quiet_ns > COAST_NS:
-        return Decided(motion, Verdict.DRIFTED)
+        return Decided(motion, ActionVerdict.DRIFTED)
     if way is None or not way.any():
-        return Decided(motion, Verdict.BY_MOTION)
+        return Decided(motion, ActionVerdict.BY_MOTION)
     wanted = int(np.argmax(way))
     if way[motion] >= SUPPORT_SHARE * way[wanted]:
-        return Decided(motion, Verdict.AGREED)
-    return Decided(wanted, Verdict.ASTRAY) if way[wanted] >= LEAST_SHARE else Decided(motion, Verdict.BY_MOTION)
+        return Decided(motion, ActionVerdict.AGREED)
+    return Decided(wanted, ActionVerdict.ASTRAY) if way[wanted] >= LEAST_SHARE else Decided(motion, ActionVerdict.BY_MOTION)
 

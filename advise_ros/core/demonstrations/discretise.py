@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from advise_ros.core.demonstrations.action_rule import Commands, Decided, Verdict
+from advise_ros.core.demonstrations.action_rule import ActionVerdict, Commands, Decided
 from advise_ros.core.demonstrations.demonstration import Audit, Demonstration, EndReason
 from advise_ros.core.demonstrations.samples import STRAY_NS, CommandSamples, PoseSamples, Recording
 from advise_ros.core.demonstrations.steps import Movers, crossing_speeds_m_s, decided_moves, has_ended, steps_of
@@ -122,7 +122,7 @@ class Followed(NamedTuple):
     movers: Movers
     ended: bool
 
-    def count(self, verdict: Verdict) -> int:
+    def count(self, verdict: ActionVerdict) -> int:
         """How many moves were decided so."""
         return sum(one.verdict is verdict for one in self.decided)
 
@@ -130,7 +130,8 @@ class Followed(NamedTuple):
         """Those in which the autopilot moved the vehicle by itself."""
         left_ns = self.follower.track.left_ns
         names = [
-            self.movers.mode(at_ns) for one, at_ns in zip(self.decided, left_ns, strict=True) if one.verdict is Verdict.ITSELF
+            self.movers.mode(at_ns) for one, at_ns in zip(self.decided, left_ns, strict=True)
+            if one.verdict is ActionVerdict.ITSELF
         ]
         return ', '.join(dict.fromkeys(names))
 
@@ -241,9 +242,9 @@ def _audit(
         'off_altitude': _count(finite & ~level),
         'used': _count(used),
         'stray': strays,
-        'astray': found.count(Verdict.ASTRAY),
-        'drifted': found.count(Verdict.DRIFTED),
-        'itself': found.count(Verdict.ITSELF),
+        'astray': found.count(ActionVerdict.ASTRAY),
+        'drifted': found.count(ActionVerdict.DRIFTED),
+        'itself': found.count(ActionVerdict.ITSELF),
         'start_ns': window_ns[0],
         'commands': _count(_in_window(recording.commands.stamps_ns, window_ns)),
     }
@@ -254,7 +255,8 @@ def _audit(
         out_of_grid=_count(level & ~used),
         cell_skips=track.skips,
         ambiguous_actions=sum(
-            one.verdict is Verdict.BY_MOTION and not inserted for one, inserted in zip(found.decided, track.inserted, strict=True)
+            one.verdict is ActionVerdict.BY_MOTION and not inserted
+            for one, inserted in zip(found.decided, track.inserted, strict=True)
         ),
         max_gap_s=max_gap_s,
         notes=_notes(grid, settings, found, numbers, max_gap_s),

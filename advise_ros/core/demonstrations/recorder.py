@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from advise_ros.core.demonstrations.action_rule import Verdict
+from advise_ros.core.demonstrations.action_rule import ActionVerdict
 from advise_ros.core.demonstrations.audit_notes import BEGINNING_UNHEARD, taken_back
 from advise_ros.core.demonstrations.demonstration import Demonstration, EndReason
 from advise_ros.core.demonstrations.discretise import DiscretiseSettings, fitness, follow, new_tracker
@@ -26,7 +26,7 @@ SETTLE_NS = round(SETTLE_S * NS)
 SILENCE_S = 5.0
 
 
-class Phase(Enum):
+class RecorderPhase(Enum):
     """What the recorder is doing."""
 
     IDLE = 'waiting'
@@ -34,7 +34,7 @@ class Phase(Enum):
     CLOSING = 'finishing'
 
 
-class Reply(NamedTuple):
+class RecorderReply(NamedTuple):
     """Answer to start, stop or discard."""
 
     success: bool
@@ -74,7 +74,7 @@ class Recorder:
         self._segmenter = Segmenter(policy_flights=policy_flights)
         self._follower = Follower(new_tracker(grid, settings))
         self._followed = self._moves = self._newest_ns = 0
-        self.phase = Phase.IDLE
+        self.phase = RecorderPhase.IDLE
         self.published: list[str] = []
         self._count = 0
         self._manual = False
@@ -97,7 +97,7 @@ class Recorder:
             stamps_ns = np.array([stamp for stamp, _ in samples], dtype=np.int64)
             for event in self._bands.take(stamps_ns, np.array([position[2] for _, position in samples])):
                 self._samples.happens(event)
-        if self.phase is Phase.IDLE:
+        if self.phase is RecorderPhase.IDLE:
             self._samples.trim()
 
     def command(self, stamp_ns: int, velocity_enu_m_s: Vector) -> None:
@@ -117,19 +117,19 @@ class Recorder:
         self._count = max(self._count, number_of(demonstration_id))
 
     # -- what people ask -----------------------------------------------------------------------
-    def start(self) -> Reply:
+    def start(self) -> RecorderReply:
         """Open a window by hand; it takes the samples that are newer than all up to now."""
-        if self.phase is not Phase.IDLE:
-            return Reply(False, f'{self.next_id} is being recorded already; call stop or discard first')
+        if self.phase is not RecorderPhase.IDLE:
+            return RecorderReply(False, f'{self.next_id} is being recorded already; call stop or discard first')
         self._open(self._samples.newest_ns + 1, manual=True)
-        return Reply(True, f'recording {self.next_id}; it ends at the final waypoint or by stop')
+        return RecorderReply(True, f'recording {self.next_id}; it ends at the final waypoint or by stop')
 
-    def stop(self) -> Reply:
+    def stop(self) -> RecorderReply:
         """End the window; its demonstration follows when late samples have had their time."""
-        if self.phase is Phase.IDLE:
+        if self.phase is RecorderPhase.IDLE:
             last = f'; {self.published[-1]} was published' if self.published else '; call start first'
-            return Reply(False, f'nothing is being recorded{last}')
-        if self.phase is Phase.OPEN:
+            return RecorderReply(False, f'nothing is being recorded{last}')
+        if self.phase is RecorderPhase.OPEN:
             self._manual = True
             self._close()
         flight = self._stopped()
@@ -137,20 +137,20 @@ class Recorder:
         reason = why_not(found, flight, manual=True)
         if reason:
             self._idle()
-            return Reply(False, f'nothing is published: {reason}')
-        return Reply(True, f'{found.demonstration_id} with {len(found.states)} moves follows on topic demonstration')
+            return RecorderReply(False, f'nothing is published: {reason}')
+        return RecorderReply(True, f'{found.demonstration_id} with {len(found.states)} moves follows on topic demonstration')
 
-    def discard(self) -> Reply:
+    def discard(self) -> RecorderReply:
         """Drop what is being recorded, or else take back the last demonstration published."""
-        if self.phase is not Phase.IDLE:
+        if self.phase is not RecorderPhase.IDLE:
             self._idle()
-            return Reply(True, f'{self.next_id} is dropped; nothing was published')
+            return RecorderReply(True, f'{self.next_id} is dropped; nothing was published')
         if not self.published:
-            return Reply(False, 'nothing is being recorded and nothing was published')
+            return RecorderReply(False, 'nothing is being recorded and nothing was published')
         taken = self.published.pop()
         back = taken_back(taken, self._source, self._grid, self._samples.newest_ns)
         self._outputs.append(Output(back, f'{taken} is taken back'))
-        return Reply(True, f'{taken} is taken back: a demonstration with its id and without moves is published')
+        return RecorderReply(True, f'{taken} is taken back: a demonstration with its id and without moves is published')
 
     @property
     def next_id(self) -> str:
@@ -161,7 +161,7 @@ class Recorder:
     def take(self, steady_s: float) -> list[Output]:
         """What has become ready; call it now and then with the monotonic time."""
         self._apply(self._settled_ns(steady_s))
-        if self.phase is Phase.CLOSING:
+        if self.phase is RecorderPhase.CLOSING:
             self._closing_s = steady_s if self._closing_s is None else self._closing_s
             later = min(self._samples.newest_ns, self._samples.newest_command_ns) > self._end_ns
             if later or steady_s - self._closing_s >= SETTLE_S:
@@ -193,19 +193,19 @@ class Recorder:
             self._follow(event.stamp_ns)
             opened_ns = self._segmenter.opened_ns
             self._ended(self._segmenter.take(event))
-            if self._segmenter.opened_ns not in (opened_ns, -1) and self._by_flights and self.phase is Phase.IDLE:
+            if self._segmenter.opened_ns not in (opened_ns, -1) and self._by_flights and self.phase is RecorderPhase.IDLE:
                 self._open(self._segmenter.opened_ns, manual=False)
         self._follow(until_ns)
 
     def _ended(self, flight: Flight | None) -> None:
-        if flight is not None and self.phase is Phase.OPEN and not self._manual:
+        if flight is not None and self.phase is RecorderPhase.OPEN and not self._manual:
             self._finish(flight)
 
     def _new_epoch(self) -> None:
         """The clock was set back: what is sound before that is a flight up to there."""
         self._apply(NEVER_NS)
         self._ended(self._segmenter.new_epoch(self._samples.newest_ns))
-        if self.phase is not Phase.IDLE:
+        if self.phase is not RecorderPhase.IDLE:
             self._close()
             self._finish(self._stopped())
         self._outputs.append(Output(None, 'the clock of the positions was set back; a flight under way ends there', warning=True))
@@ -214,13 +214,13 @@ class Recorder:
 
     # -- windows -------------------------------------------------------------------------------
     def _open(self, start_ns: int, *, manual: bool) -> None:
-        self.phase, self._manual, self._start_ns = Phase.OPEN, manual, start_ns
+        self.phase, self._manual, self._start_ns = RecorderPhase.OPEN, manual, start_ns
         self._follower = Follower(new_tracker(self._grid, self._settings))
         self._followed, self._moves, self._newest_ns = 0, 0, start_ns - 1
 
     def _follow(self, until_ns: int) -> None:
         """Go along the positions up to a stamp; at each move look at the flight as discretise does."""
-        if self.phase is not Phase.OPEN:
+        if self.phase is not RecorderPhase.OPEN:
             return
         fresh: list[Sample] = []
         poses = self._samples.poses
@@ -245,7 +245,7 @@ class Recorder:
             return
         track, begin = followed.follower.track, self._moves
         for state, motion, decided in list(zip(track.states, track.motions, followed.decided, strict=True))[begin:]:
-            if decided.verdict is Verdict.ASTRAY:
+            if decided.verdict is ActionVerdict.ASTRAY:
                 cell = list(self._grid.xy(self._grid.cell_of(state)))
                 went = f'{self.next_id}: it went {Action(motion).name} from cell {cell}'
                 remark = f'{went} while {Action(decided.action).name} was commanded; the command is taken as the action'
@@ -258,7 +258,7 @@ class Recorder:
 
     def _close(self) -> None:
         """The window ends here; late samples have their time still."""
-        self.phase, self._end_ns, self._closing_s = Phase.CLOSING, self._samples.newest_ns, None
+        self.phase, self._end_ns, self._closing_s = RecorderPhase.CLOSING, self._samples.newest_ns, None
 
     def _stopped(self) -> Flight:
         flight = Flight((self._start_ns, self._end_ns), EndReason.STOPPED)
@@ -281,5 +281,5 @@ class Recorder:
         self._outputs.append(Output(found, f'{remark}; {BEGINNING_UNHEARD}' if flight.unheard else remark))
 
     def _idle(self) -> None:
-        self.phase = Phase.IDLE
+        self.phase = RecorderPhase.IDLE
         self._samples.trim()

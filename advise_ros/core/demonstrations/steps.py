@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from advise_ros.core.demonstrations.action_rule import Commands, Decided, Stamps, Verdict, decide
+from advise_ros.core.demonstrations.action_rule import ActionVerdict, Commands, Decided, Stamps, decide
 from advise_ros.core.demonstrations.flight_modes import Mover
 from advise_ros.core.demonstrations.samples import VehicleEvent
 from advise_ros.core.grid.cell_path import Follower
@@ -23,7 +23,7 @@ NEAR_NS = NS
 Floats = npt.NDArray[np.float64]
 
 
-class Step(NamedTuple):
+class MoveStep(NamedTuple):
     """An action, the state in which it was taken and when that was entered."""
 
     state: int
@@ -67,7 +67,7 @@ def decided_moves(
     told = commanded or not all(mover in (Mover.UNKNOWN, Mover.COMMANDS) for mover in at_ends)
     if told or not len(speeds_m_s) or speeds_m_s.max() > drift_m_s:
         return decided
-    return [one._replace(verdict=Verdict.DRIFTED) for one in decided]
+    return [one._replace(verdict=ActionVerdict.DRIFTED) for one in decided]
 
 
 def crossing_speeds_m_s(follower: Follower, stamps_ns: Stamps, positions_enu_m: Floats) -> Floats:
@@ -92,7 +92,7 @@ def has_ended(follower: Follower, decided: list[Decided]) -> bool:
 
 def steps_of(
     follower: Follower, decided: list[Decided], commands: Commands, movers: Movers, level_ns: Stamps,
-) -> list[Step]:
+) -> list[MoveStep]:
     """The moves that somebody made, and the commands that were held towards the edge of the grid, in order.
 
     Args:
@@ -100,17 +100,17 @@ def steps_of(
     """
     track = follower.track
     held = _held_at_edges(follower, commands, movers, level_ns)
-    steps: list[Step] = []
+    steps: list[MoveStep] = []
     stays = [*zip(track.states, track.entered_ns, strict=True)]
     if follower.state is not None:
         stays.append((follower.state, follower.entered_ns))
     for index, (state, entered_ns) in enumerate(stays):
         since_ns = entered_ns
         for at_ns, action in sorted(held.get(index, ())):
-            steps.append(Step(state, action, since_ns))
+            steps.append(MoveStep(state, action, since_ns))
             since_ns = at_ns
         if index < len(decided) and decided[index].verdict.is_action:
-            steps.append(Step(state, decided[index].action, since_ns))
+            steps.append(MoveStep(state, decided[index].action, since_ns))
     return steps
 
 

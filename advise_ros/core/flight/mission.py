@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import Enum
 
-from advise_ros.core.flight.vehicle_state import Vehicle, why_no_commands
+from advise_ros.core.flight.vehicle_state import VehicleState, why_no_commands
 
 ATTEMPTS = 3
 RETRY_S = 1.0
@@ -14,7 +14,7 @@ ABSENT_RETRY_S = 0.2
 GRACE_S = 5.0
 
 
-class Stage(Enum):
+class MissionStage(Enum):
     WAITING = 'waiting for the vehicle'
     TAKING_OFF = 'taking off'
     FLYING = 'flying'
@@ -48,7 +48,7 @@ class Mission:
     flights: int
     handle_vehicle: bool = True
     timeout_s: float = 180.0
-    stage: Stage = Stage.WAITING
+    stage: MissionStage = MissionStage.WAITING
     flight: int = 1
     failure: str = ''
     obstacle: str = ''
@@ -60,19 +60,19 @@ class Mission:
 
     def __post_init__(self) -> None:
         if self.flights == 0:
-            self.stage = Stage.DONE
+            self.stage = MissionStage.DONE
 
     @property
     def over(self) -> bool:
-        return self.stage in (Stage.DONE, Stage.FAILED)
+        return self.stage in (MissionStage.DONE, MissionStage.FAILED)
 
-    def advance(self, vehicle: Vehicle | None, now_s: float) -> Ask | None:
+    def advance(self, vehicle: VehicleState | None, now_s: float) -> Ask | None:
         """Look at the vehicle (None: never heard of) and at the time; returns a service to call now."""
         if self._since_s is None:
             self._since_s = now_s
-        if vehicle is not None and not (self.obstacle and self.stage == Stage.WAITING):
+        if vehicle is not None and not (self.obstacle and self.stage == MissionStage.WAITING):
             self._move_on(vehicle, now_s)
-        if not self.over and self.stage != Stage.FLYING and now_s - self._since_s > self.timeout_s:
+        if not self.over and self.stage != MissionStage.FLYING and now_s - self._since_s > self.timeout_s:
             self._fail(self._timeout_text(vehicle))
         return self._due(vehicle, now_s)
 
@@ -84,7 +84,7 @@ class Mission:
         self._attempts += 1
         self._retry_s = now_s + RETRY_S
         if self._attempts >= ATTEMPTS:
-            what = 'take off' if self.stage == Stage.TAKING_OFF else 'land'
+            what = 'take off' if self.stage == MissionStage.TAKING_OFF else 'land'
             self._fail(f'the vehicle refused {ATTEMPTS} times to {what}: {message}')
 
     def unanswered(self, now_s: float) -> None:
@@ -94,23 +94,23 @@ class Mission:
 
     def flown(self, now_s: float) -> None:
         """The flight is over and the vehicle is at home."""
-        self._enter(Stage.LANDING, now_s)
+        self._enter(MissionStage.LANDING, now_s)
 
     def fail(self, why: str) -> None:
         """Give up for a reason found elsewhere."""
         self._fail(why)
 
-    def _move_on(self, vehicle: Vehicle, now_s: float) -> None:
-        if self.stage in (Stage.WAITING, Stage.TAKING_OFF) and vehicle.commandable:
-            self._enter(Stage.FLYING, now_s)
-        elif self.stage == Stage.WAITING and self.handle_vehicle and vehicle.ready:
-            self._enter(Stage.TAKING_OFF, now_s)
-        elif self.stage == Stage.FLYING:
+    def _move_on(self, vehicle: VehicleState, now_s: float) -> None:
+        if self.stage in (MissionStage.WAITING, MissionStage.TAKING_OFF) and vehicle.commandable:
+            self._enter(MissionStage.FLYING, now_s)
+        elif self.stage == MissionStage.WAITING and self.handle_vehicle and vehicle.ready:
+            self._enter(MissionStage.TAKING_OFF, now_s)
+        elif self.stage == MissionStage.FLYING:
             self._watch(vehicle, now_s)
-        elif self.stage == Stage.LANDING and not vehicle.armed and not vehicle.in_air:
+        elif self.stage == MissionStage.LANDING and not vehicle.armed and not vehicle.in_air:
             self._landed(now_s)
 
-    def _watch(self, vehicle: Vehicle, now_s: float) -> None:
+    def _watch(self, vehicle: VehicleState, now_s: float) -> None:
         if vehicle.commandable:
             self._lost_s = None
             return
@@ -121,23 +121,23 @@ class Mission:
 
     def _landed(self, now_s: float) -> None:
         if self.flight == self.flights:
-            self._enter(Stage.DONE, now_s)
+            self._enter(MissionStage.DONE, now_s)
         else:
             self.flight += 1
-            self._enter(Stage.WAITING, now_s)
+            self._enter(MissionStage.WAITING, now_s)
 
-    def _enter(self, stage: Stage, now_s: float) -> None:
+    def _enter(self, stage: MissionStage, now_s: float) -> None:
         self.stage = stage
         self._since_s, self._attempts, self._asked, self._retry_s, self._lost_s = now_s, 0, False, now_s, None
 
-    def _due(self, vehicle: Vehicle | None, now_s: float) -> Ask | None:
-        ask = {Stage.TAKING_OFF: Ask.TAKEOFF, Stage.LANDING: Ask.LAND}.get(self.stage)
+    def _due(self, vehicle: VehicleState | None, now_s: float) -> Ask | None:
+        ask = {MissionStage.TAKING_OFF: Ask.TAKEOFF, MissionStage.LANDING: Ask.LAND}.get(self.stage)
         if ask is None or vehicle is None or not self.handle_vehicle or self._asked or now_s < self._retry_s:
             return None
         self._asked = True
         return ask
 
-    def _timeout_text(self, vehicle: Vehicle | None) -> str:
+    def _timeout_text(self, vehicle: VehicleState | None) -> str:
         if self.obstacle:
             return self.obstacle
         if vehicle is None:
@@ -146,11 +146,11 @@ class Mission:
 
     def _fail(self, why: str) -> None:
         if not self.over:
-            self.stage = Stage.FAILED
+            self.stage = MissionStage.FAILED
             self.failure = f'flight {self.flight} of {self.flights} could not be flown: {why}'
 
 
-def _words(vehicle: Vehicle) -> str:
+def _words(vehicle: VehicleState) -> str:
     """What the bridge and the autopilot say, to end a sentence with."""
     said = [f'waiting for {vehicle.waiting_for}' if vehicle.waiting_for else '', f'"{vehicle.text}"' if vehicle.text else '']
     return ''.join(f'; {words}' for words in said if words)

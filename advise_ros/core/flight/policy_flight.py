@@ -21,7 +21,7 @@ from advise_ros.core.units import NS, ZERO, Vector
 LOST_CELLS = 0.5
 
 
-class Phase(IntEnum):
+class FlightPhase(IntEnum):
     """As advise_msgs/FlightStatus."""
 
     IDLE = 0
@@ -36,7 +36,7 @@ class Phase(IntEnum):
 
     @property
     def over(self) -> bool:
-        return self not in (Phase.TO_START, Phase.FLYING)
+        return self not in (FlightPhase.TO_START, FlightPhase.FLYING)
 
 
 @dataclass(frozen=True)
@@ -115,7 +115,7 @@ class PolicyFlight:
         self.plan, self._settings = plan, settings
         grid = plan.grid
         begins_elsewhere = plan.centre_first or plan.start_cell >= 0
-        self.phase = Phase.TO_START if begins_elsewhere else Phase.FLYING
+        self.phase = FlightPhase.TO_START if begins_elsewhere else FlightPhase.FLYING
         self.state = grid.start_state(plan.start_cell) if plan.start_cell >= 0 else 0
         self.steps = 0
         self.step_budget = plan.budget(self.state) if plan.start_cell >= 0 else 0
@@ -130,19 +130,19 @@ class PolicyFlight:
     @property
     def waypoints_reached(self) -> int:
         """Waypoints passed in order; all of them after a success."""
-        done = self.phase == Phase.SUCCEEDED
+        done = self.phase == FlightPhase.SUCCEEDED
         return self.plan.grid.n_layers if done else self.plan.grid.next_waypoint(self.state)
 
     def step(self, pose: Pose) -> Vector:
         """Command for a pose, (east, north, up) in m/s; zero once the flight is over."""
-        if self.phase == Phase.TO_START:
+        if self.phase == FlightPhase.TO_START:
             return self._to_start(pose)
-        if self.phase == Phase.FLYING:
+        if self.phase == FlightPhase.FLYING:
             self._mover.observe(pose)
             self._fly(pose.stamp_ns)
         return ZERO if self.phase.over else self._mover.velocity()
 
-    def end(self, phase: Phase, message: str) -> None:
+    def end(self, phase: FlightPhase, message: str) -> None:
         """End the flight from outside (CANCELED or STOPPED)."""
         if not self.phase.over:
             self.phase, self.message = phase, message
@@ -161,9 +161,9 @@ class PolicyFlight:
                     return velocity
                 self._transits.popleft()
         except InputError as problem:
-            self.end(Phase.LOST, str(problem))
+            self.end(FlightPhase.LOST, str(problem))
             return ZERO
-        self.phase = Phase.FLYING
+        self.phase = FlightPhase.FLYING
         return self.step(pose)
 
     def _ways_to_start(self, pose: Pose) -> list[Centring | Transit]:
@@ -186,7 +186,7 @@ class PolicyFlight:
         if off_m <= reach_m + LOST_CELLS * self.plan.grid.resolution_m:
             return False
         last = f'last in cell {self._cell_text(self.state)}' if self._was_on_grid else 'and has not been on it in this flight'
-        self.end(Phase.LOST, f'the vehicle is {off_m:.1f} m off the grid, {last}')
+        self.end(FlightPhase.LOST, f'the vehicle is {off_m:.1f} m off the grid, {last}')
         return True
 
     # -- along the route ---------------------------------------------------------------------
@@ -195,7 +195,7 @@ class PolicyFlight:
         if self._is_lost(self._mover.outside_m, 0.0):
             return
         if state is None:  # Beside the grid, where a flight without centre_first does not begin.
-            self.end(Phase.LOST, f'the vehicle is {self._mover.outside_m:.1f} m off the grid and has not been on it')
+            self.end(FlightPhase.LOST, f'the vehicle is {self._mover.outside_m:.1f} m off the grid and has not been on it')
             return
         if self._leg_states is None:
             self._begin(state, stamp_ns)
@@ -203,7 +203,7 @@ class PolicyFlight:
         self.state = state
         if self.plan.grid.is_blocked(self.plan.grid.cell_of(state)):
             self.steps += 1
-            self.end(Phase.BLOCKED, f'cell {self._cell_text(state)} is blocked')
+            self.end(FlightPhase.BLOCKED, f'cell {self._cell_text(state)} is blocked')
         elif state not in self._leg_states:
             self._step_done(state, stamp_ns, strayed=True)
         elif self._leg_states[0] == self._leg_states[1]:
@@ -215,8 +215,10 @@ class PolicyFlight:
         self.state = state
         self.step_budget = self.plan.budget(state)
         if self.plan.grid.is_terminal(state):
-            goal = state == self.plan.grid.goal_state
-            self.end(*((Phase.SUCCEEDED, 'the route is one cell') if goal else (Phase.BLOCKED, 'the first cell is blocked')))
+            if state == self.plan.grid.goal_state:
+                self.end(FlightPhase.SUCCEEDED, 'the route is one cell')
+            else:
+                self.end(FlightPhase.BLOCKED, 'the first cell is blocked')
             return
         self._depart(state, stamp_ns)
 
@@ -227,26 +229,27 @@ class PolicyFlight:
         if state == self.plan.grid.goal_state:
             self._finish(strayed)
         elif self.steps >= self.step_budget:
-            self.end(Phase.BUDGET_SPENT, f'{self.steps} steps did not reach the final waypoint')
+            self.end(FlightPhase.BUDGET_SPENT, f'{self.steps} steps did not reach the final waypoint')
         else:
             self._depart(state, stamp_ns)
 
     def _finish(self, strayed: bool) -> None:
         by_wind = ', blown into its cell' if strayed else ''
-        self.end(Phase.SUCCEEDED, f'final waypoint reached in {self.steps} steps{by_wind}')
+        self.end(FlightPhase.SUCCEEDED, f'final waypoint reached in {self.steps} steps{by_wind}')
 
     def _depart(self, state: int, stamp_ns: int) -> None:
         """Choose the next leg by the policy."""
         grid = self.plan.grid
         if self.plan.stop_on_loop and state in self._flown:
-            self.end(Phase.BUDGET_SPENT, self._loop_text(state))
+            self.end(FlightPhase.BUDGET_SPENT, self._loop_text(state))
             return
         self._flown.add(state)
         target = grid.successor(state, self.plan.greedy[state])
         self._leg_states = (state, target)
         self._stay_since_ns = stamp_ns
         if state == target and self.plan.stop_on_loop:
-            self.end(Phase.BUDGET_SPENT, f'the policy stays in cell {self._cell_text(state)} for ever: it moves off the grid')
+            cell = self._cell_text(state)
+            self.end(FlightPhase.BUDGET_SPENT, f'the policy stays in cell {cell} for ever: it moves off the grid')
             return
         run_on_m, corner = self._run_on(target)
         self._mover.go(grid.cell_of(state), grid.cell_of(target), run_on_m=run_on_m, corner=corner)

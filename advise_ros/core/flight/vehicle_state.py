@@ -7,7 +7,7 @@ from typing import NamedTuple
 OTHERS = 'others'
 
 
-class Vehicle(NamedTuple):
+class VehicleState(NamedTuple):
     """The fields of advise_msgs/VehicleStatus that matter to who flies it."""
 
     ready: bool
@@ -22,7 +22,7 @@ class Vehicle(NamedTuple):
     failsafe: str = ''
 
 
-def why_no_commands(vehicle: Vehicle) -> str:
+def why_no_commands(vehicle: VehicleState) -> str:
     """The first reason in words, of a vehicle that is not commandable."""
     if not vehicle.connected:
         return 'the link to it is lost'

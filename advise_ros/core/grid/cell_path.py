@@ -15,7 +15,7 @@ MOVES = {step: int(action) for action, step in zip(Action, ACTION_STEP, strict=T
 
 
 @dataclass
-class Track:
+class CellTrack:
     """Moves in the order flown: state left, direction moved, when it was entered and left.
 
     Attributes:
@@ -52,7 +52,7 @@ class Follower:
     def __init__(self, tracker: CellTracker) -> None:
         self._tracker = tracker
         self._before: Fix | None = None
-        self.track = Track()
+        self.track = CellTrack()
         self.entered_ns = 0
         self.end_ns: int | None = None
 
@@ -105,7 +105,7 @@ def _fix(stamps_ns: npt.NDArray[np.int64], positions_enu_m: npt.NDArray[np.float
     return Fix(int(stamps_ns[row]), float(positions_enu_m[row, 0]), float(positions_enu_m[row, 1]))
 
 
-def _record(track: Track, grid: Grid, state: int, step: Step, stamps_ns: tuple[int, int]) -> None:
+def _record(track: CellTrack, grid: Grid, state: int, step: Step, stamps_ns: tuple[int, int]) -> None:
     """A step over several borders."""
     if step.broken:
         here, there = (grid.xy(grid.cell_of(s)) for s in (state, step.states[0]))

@@ -10,7 +10,7 @@ from advise_ros.core.guard.delay_watch import DelayWatch
 from advise_ros.core.guard.fence import Braking, Point
 from advise_ros.core.guard.flown_path import FlownPath, moved
 from advise_ros.core.guard.return_inside import ReturnInside, as_good
-from advise_ros.core.guard.rules import Command, Limits, Position, Verdict
+from advise_ros.core.guard.rules import Command, GuardVerdict, Limits, Position
 from advise_ros.core.guard.stamp_watch import StampWatch
 from advise_ros.core.parameter import parameter
 from advise_ros.core.units import NS, ZERO, Vector
@@ -187,7 +187,7 @@ class GuardMonitor:
         return why
 
     # -- verdict -----------------------------------------------------------------------------
-    def verdict(self, now_s: float) -> Verdict | None:
+    def verdict(self, now_s: float) -> GuardVerdict | None:
         """What may be flown now; None before the first command, unless the vehicle is or was brought back inside."""
         limits, position = self._limits_now(), self._position(now_s)
         self._moving = self._obeyed(now_s)
@@ -210,7 +210,7 @@ class GuardMonitor:
         under_way_s = self._uplink_s + min(self._late_s, self._given.pose_timeout_s)
         return replace(self._given, reaction_s=self._given.reaction_s + REACTIONS * under_way_s)
 
-    def _judged(self, command: Command | None, position: Position | None, limits: Limits, now_s: float) -> Verdict:
+    def _judged(self, command: Command | None, position: Position | None, limits: Limits, now_s: float) -> GuardVerdict:
         late = self._lateness()
         known = position if position is None or not late or position.doubt else position._replace(doubt=late)
         doubt = rules.doubt_of(command, known, limits)
@@ -220,18 +220,18 @@ class GuardMonitor:
             self.stop(doubt)
         if self.latched:
             self._end_return()
-            return self._said('stop', Verdict(ZERO, 0.0, f'stopped until released: {self.latched}'))
-        flown = Verdict(ZERO, 0.0, doubt) if doubt or command is None else self._slowed(command, position, limits, now_s)
+            return self._said('stop', GuardVerdict(ZERO, 0.0, f'stopped until released: {self.latched}'))
+        flown = GuardVerdict(ZERO, 0.0, doubt) if doubt or command is None else self._slowed(command, position, limits, now_s)
         back = self._way_back(position, limits, now_s)
         if back is not None and (doubt or not as_good(flown.velocity_enu_m_s, back)):
-            return self._said('return', Verdict(self._ramped(back, now_s), 0.0, self._words_of_return(late)))
+            return self._said('return', GuardVerdict(self._ramped(back, now_s), 0.0, self._words_of_return(late)))
         if self._left_by_jump and position is not None and rules.outside(limits, position.position_enu_m):
             flown = flown._replace(reason=f'{flown.reason}; {NOT_BROUGHT.format(self._left_by_jump)}')
         if doubt:
             return self._said('silence' if silent else 'doubt', flown)
         return self._said('limited' if flown.reason else '', flown)
 
-    def _said(self, condition: str, verdict: Verdict) -> Verdict:
+    def _said(self, condition: str, verdict: GuardVerdict) -> GuardVerdict:
         self.condition = condition
         return verdict
 
@@ -271,7 +271,7 @@ class GuardMonitor:
         if self._back is not None:
             self._back.end()
 
-    def _slowed(self, command: Command, position: Position | None, limits: Limits, now_s: float) -> Verdict:
+    def _slowed(self, command: Command, position: Position | None, limits: Limits, now_s: float) -> GuardVerdict:
         """Speed first, so that growing slowly does not turn the direction of what is too fast."""
         wanted, fast = rules.limited(command.velocity_enu_m_s, limits)
         ramped = self._ramped(wanted, now_s)
@@ -280,7 +280,7 @@ class GuardMonitor:
             verdict = rules.held_back(verdict, position.position_enu_m, self._path.under_way(now_s), limits)
         if position is not None and rules.must_brake(self._moving, position, limits):
             standing = (0.0, 0.0, verdict.velocity_enu_m_s[2])
-            return Verdict(standing, verdict.yaw_rate_rad_s, 'fence ahead: it brakes before it turns')
+            return GuardVerdict(standing, verdict.yaw_rate_rad_s, 'fence ahead: it brakes before it turns')
         growing = f'acceleration limited to {self._settings.max_acceleration_m_s2:g} m/s2' if ramped != wanted else ''
         return verdict._replace(reason='; '.join(reason for reason in (fast, growing, verdict.reason) if reason))
 

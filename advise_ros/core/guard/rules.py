@@ -72,7 +72,7 @@ class Position(NamedTuple):
     doubt: str = ''
 
 
-class Verdict(NamedTuple):
+class GuardVerdict(NamedTuple):
     """The velocity to fly; `reason` is '' when it is the one asked for."""
 
     velocity_enu_m_s: Vector
@@ -80,7 +80,7 @@ class Verdict(NamedTuple):
     reason: str
 
 
-def check(command: Command | None, position: Position | None, limits: Limits) -> Verdict:
+def check(command: Command | None, position: Position | None, limits: Limits) -> GuardVerdict:
     """The velocity that may be flown now.
 
     The speed is never above the limits (scaled down, direction kept). Toward the fence it is so low that a
@@ -89,13 +89,13 @@ def check(command: Command | None, position: Position | None, limits: Limits) ->
     """
     doubt = doubt_of(command, position, limits)
     if doubt or command is None or position is None:
-        return Verdict(ZERO, 0.0, doubt)
+        return GuardVerdict(ZERO, 0.0, doubt)
     velocity, slowed = limited(command.velocity_enu_m_s, limits)
     yaw_rate = max(-limits.max_yaw_rate_rad_s, min(limits.max_yaw_rate_rad_s, command.yaw_rate_rad_s))
     if limits.fence is None:
-        return Verdict(velocity, yaw_rate, slowed)
+        return GuardVerdict(velocity, yaw_rate, slowed)
     inside, fenced = _fenced(velocity, position.position_enu_m, limits, limits.fence)
-    return Verdict(inside, yaw_rate, '; '.join(reason for reason in (slowed, fenced) if reason))
+    return GuardVerdict(inside, yaw_rate, '; '.join(reason for reason in (slowed, fenced) if reason))
 
 
 def doubt_of(command: Command | None, position: Position | None, limits: Limits) -> str:
@@ -179,7 +179,7 @@ def outside(limits: Limits, position: Vector) -> bool:
     return outside_m(fence, position[:2]) > 0.0 or not fence.low_m <= position[2] <= fence.high_m
 
 
-def held_back(verdict: Verdict, position: Vector, under_way: Vector, limits: Limits) -> Verdict:
+def held_back(verdict: GuardVerdict, position: Vector, under_way: Vector, limits: Limits) -> GuardVerdict:
     """Slowed so far that the vehicle stays inside when all that is on its way to it arrives later, after a pause.
 
     Args:

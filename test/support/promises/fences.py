@@ -18,7 +18,7 @@ from advise_ros.mavlink.timesync import Timesync
 from advise_ros.nodes.guard import limits_of, monitor_of
 from advise_ros.sim.modes import Mode
 from advise_ros.sim.setpoints import Setpoint
-from advise_ros.sim.vehicle import Vehicle
+from advise_ros.sim.vehicle import SimulatedVehicle
 from support.late_line import KINDS, LONGEST_S, LateLine
 from support.promises.book import Book, Measure
 
@@ -66,7 +66,7 @@ class Flight:
             'wind_north_m_s': wind[1], 'gust_m_s': float(rng.uniform(0.0, GUST_M_S)), 'battery_s': 100_000.0,
             'guided_timeout_s': 1.0,
         })
-        self._vehicle = Vehicle(simulated, rng)
+        self._vehicle = SimulatedVehicle(simulated, rng)
         self._poses, self._pilot = Line(rng, silences=True, late=True), Line(rng, silences=True, late=False)
         self._wire, self._timesync = Line(rng, silences=False, late=True), Timesync()
         self._drift = np.zeros(3)

@@ -14,12 +14,12 @@ from advise_ros.mavlink import messages as mav
 from advise_ros.mavlink.requests import Goal
 from advise_ros.sim.arducopter import ArduCopter
 from advise_ros.sim.modes import Mode, Px4Mode
-from advise_ros.sim.px4 import Px4
+from advise_ros.sim.px4 import SimulatedPx4
 from support.companion_flight import DT_S
 from support.promises.book import Book, Measure
 from support.simulated_flight import Simulated, SimulatedFlight
 
-DIALECTS: dict[str, Any] = {'ardupilot': ArduCopter, 'px4': Px4}
+DIALECTS: dict[str, Any] = {'ardupilot': ArduCopter, 'px4': SimulatedPx4}
 NAMES = {'ardupilot': 'ArduPilot', 'px4': 'PX4'}
 LAND = {'ardupilot': Mode.LAND, 'px4': Px4Mode.LAND}
 # From the request to the altitude, which takes some 10 s, and PX4 1 s of setpoints before.

@@ -14,12 +14,12 @@ from advise_ros.core.units import MAP_FRAME
 from advise_ros.mavlink.messages import dialect
 from advise_ros.nodes.guard import limits_of, monitor_of
 from advise_ros.sim.arducopter import ArduCopter
-from advise_ros.sim.px4 import Px4
+from advise_ros.sim.px4 import SimulatedPx4
 from support.companion_flight import DT_S
 from support.promises.book import Book, Measure
 from support.simulated_flight import Simulated, SimulatedFlight
 
-DIALECTS: dict[str, Any] = {'ardupilot': ArduCopter, 'px4': Px4}
+DIALECTS: dict[str, Any] = {'ardupilot': ArduCopter, 'px4': SimulatedPx4}
 NAMES = {'ardupilot': 'ArduPilot', 'px4': 'PX4'}
 # Of PX4's velocity estimate on its SITL.
 DRIFT_M_S = 0.3

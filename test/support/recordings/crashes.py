@@ -16,8 +16,8 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PoseStamped
 from mcap.records import Channel, Message
 
-from advise_ros.recording.mend import recover
 from advise_ros.recording.recover import Salvage
+from advise_ros.recording.repair import recover
 from advise_ros.recording.sessionfile import SessionFile
 from advise_ros.ros import qos
 from support.graph import Graph

@@ -13,8 +13,8 @@ from rosbags.highlevel import AnyReader
 from advise_ros.core.errors import LogError
 from advise_ros.recording.definitions import definition
 from advise_ros.recording.mcapfile import McapFile, WholeChunk, records
-from advise_ros.recording.mend import mcap_files, recover
 from advise_ros.recording.recover import Salvage
+from advise_ros.recording.repair import mcap_files, recover
 from advise_ros.recording.writer import BagWriter
 from support.promises.ledger import Row, row
 

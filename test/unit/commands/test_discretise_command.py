@@ -7,9 +7,9 @@ import pytest
 
 from advise_ros.commands.discretise import run
 from advise_ros.core.demonstrations.samples import CommandSamples, PoseSamples, Recording
+from advise_ros.recording.batch import why_no_flight
 from advise_ros.recording.demofile import load_demonstrations
 from advise_ros.recording.gridfile import load_grid
-from advise_ros.recording.harvest import why_no_flight
 from support.paths import ROOT
 
 LOG, BAG = (str(ROOT / 'bags' / name) for name in ('arducopter_flight1.tlog', 'arducopter_five_flights'))

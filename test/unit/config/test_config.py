@@ -108,8 +108,8 @@ def test_a_name_like_no_other_gets_them_all() -> None:
     (guard.Limits, config.ChecksConfig, {'fence': ''}),  # The fence itself, not how it is chosen.
     (MonitorSettings, config.ChecksConfig, {}),
     (companion.Settings, config.MavlinkBridgeConfig, {}),
-    (control.Limits, config.SimulatorConfig, {'speed_m_s': 'max_speed_m_s'}),
-    (background.Limits, config.LoggerConfig, {}),
+    (control.ControlLimits, config.SimulatorConfig, {'speed_m_s': 'max_speed_m_s'}),
+    (background.WriteLimits, config.LoggerConfig, {}),
 ])
 def test_what_is_made_without_a_node_has_the_nodes_defaults(used: Any, owner: Any, renamed: dict[str, str]) -> None:
     given = used._field_defaults if hasattr(used, '_field_defaults') else config.defaults(used)

@@ -9,9 +9,9 @@ import pytest
 from std_srvs.srv import Trigger
 
 from advise_msgs.srv import AnswerQuery, PreviewAnswer
-from advise_ros.console import acts, views
+from advise_ros.console import request_check, views
 from advise_ros.console.board import Board, newer
-from advise_ros.console.desk import reply_of
+from advise_ros.console.requests import reply_of
 from advise_ros.core.advice.advice import Answer, Verdict
 from advise_ros.core.errors import InputError
 from support.learning import CORRIDOR, EAST, WEST, demonstration, ready, record
@@ -20,8 +20,8 @@ SENT = {'query': 3, 'verdict': 0, 'preferred': [1], 'avoided': [3], 'by': 'Anna'
 
 
 def test_an_answer_is_read_and_what_does_not_print_dropped() -> None:
-    assert acts.answer_of(SENT) == Answer(3, 0, (1,), (3,), 'Anna', 'now')
-    assert acts.answer_of({'query': 3, 'verdict': 4, 'part': [7, 8]}) == Answer(3, Verdict.SPLIT, part=(7, 8))
+    assert request_check.answer_of(SENT) == Answer(3, 0, (1,), (3,), 'Anna', 'now')
+    assert request_check.answer_of({'query': 3, 'verdict': 4, 'part': [7, 8]}) == Answer(3, Verdict.SPLIT, part=(7, 8))
 
 
 @pytest.mark.parametrize(('change', 'words'), [
@@ -39,12 +39,12 @@ def test_an_answer_is_read_and_what_does_not_print_dropped() -> None:
 ])  # fmt: skip
 def test_what_is_no_answer_is_refused_in_words(change: dict[str, Any], words: str) -> None:
     with pytest.raises(InputError, match=words):
-        acts.answer_of({**SENT, **change})
+        request_check.answer_of({**SENT, **change})
 
 
 def test_an_answer_without_an_id_of_its_own_is_refused() -> None:
     with pytest.raises(InputError, match='uid is empty'):
-        acts.unique_id(SENT)
+        request_check.unique_id(SENT)
 
 
 def test_a_board_gives_each_reader_what_is_new() -> None:

@@ -11,7 +11,7 @@ import pytest
 from visualization_msgs.msg import Marker
 
 from advise_ros.console import views
-from advise_ros.console.past import Past
+from advise_ros.console.advice_history import AdviceHistory
 from advise_ros.core.advice.advice import Verdict
 from advise_ros.core.demonstrations.action_counts import count
 from advise_ros.ros import convert_advice
@@ -23,7 +23,7 @@ OUTLOOK = {'reaches': True, 'success': 0.5}
 
 
 def test_a_log_that_is_told_again_is_known() -> None:
-    past = Past()
+    past = AdviceHistory()
     assert past.add(FIRST, 10) and past.add(SECOND, 20)
     past.begin(0)
     past.learnt(2, 3, OUTLOOK)
@@ -33,7 +33,7 @@ def test_a_log_that_is_told_again_is_known() -> None:
 
 
 def test_another_session_begins_anew() -> None:
-    past = Past()
+    past = AdviceHistory()
     past.add(FIRST, 10)
     past.begin(1)
     past.learnt(2, 3, OUTLOOK)
@@ -44,7 +44,7 @@ def test_another_session_begins_anew() -> None:
 
 
 def test_what_was_learnt_before_one_listened_is_not_known() -> None:
-    past = Past()
+    past = AdviceHistory()
     past.begin(2)
     past.begin(3)
     past.learnt(3, 1, OUTLOOK)

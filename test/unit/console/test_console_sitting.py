@@ -14,7 +14,7 @@ from advise_ros.console import views
 from advise_ros.console.board import Board
 from advise_ros.console.keyboard import decode
 from advise_ros.console.screen import screen
-from advise_ros.console.sitting import Sitting
+from advise_ros.console.terminal_session import TerminalSession
 from advise_ros.core.advice.advice import Verdict
 from advise_ros.core.demonstrations.action_counts import count
 from advise_ros.ros import convert_advice
@@ -41,7 +41,7 @@ class Seat:
         assert learned is not None and query is not None
         policy = convert_advice.policy_to_msg(learned, 0)
         self.board, self.desk, self.grid, self.query = Board(), NoDesk(), session.grid, query
-        self.sitting = Sitting(self.desk, 'Anna')  # type: ignore[arg-type]
+        self.sitting = TerminalSession(self.desk, 'Anna')  # type: ignore[arg-type]
         self.board.put('map', views.map_view(session.grid))
         self.board.put('flown', views.flown_view(session.grid, session.demonstrations))
         self.board.put('policy', views.policy_view(policy, session.grid, taken, learned.settings))

@@ -1,8 +1,9 @@
-"""What the whole package shares is defined in one place."""
+"""What the whole package shares is defined in one place, and a class name means one thing."""
 
 from __future__ import annotations
 
 import ast
+from collections import Counter
 from pathlib import Path
 
 import pytest
@@ -10,6 +11,8 @@ import pytest
 from advise_ros.core import units
 
 PACKAGE = Path(units.__file__).parents[1]
+# Names that two classes still have; none is to come in.
+SHARED = {'Layout', 'Learned', 'Problem'}
 
 
 def defined(path: Path) -> set[str]:
@@ -24,3 +27,11 @@ def defined(path: Path) -> set[str]:
 @pytest.mark.parametrize('name', ['NS', 'Vector', 'ZERO', 'MAP_FRAME'])
 def test_units_and_the_frame_are_defined_once(name: str) -> None:
     assert [path.relative_to(PACKAGE).as_posix() for path in PACKAGE.rglob('*.py') if name in defined(path)] == ['core/units.py']
+
+
+def test_a_class_name_is_given_once() -> None:
+    classes = Counter(
+        node.name for path in PACKAGE.rglob('*.py') for node in ast.walk(ast.parse(path.read_text(encoding='utf-8')))
+        if isinstance(node, ast.ClassDef)
+    )
+    assert {name for name, count in classes.items() if count > 1} <= SHARED

@@ -12,7 +12,7 @@ from advise_ros.mavlink.link import Link
 from advise_ros.mavlink.messages import dialect as mavlink
 from advise_ros.mavlink.requests import Goal
 from advise_ros.sim.arducopter import ArduCopter
-from advise_ros.sim.px4 import Px4
+from advise_ros.sim.px4 import SimulatedPx4
 from support import reserve
 from support.companion_flight import DT_S
 from support.lossy import LossyProxy, Wire
@@ -47,7 +47,7 @@ class BadFlight(SimulatedFlight):
 
 
 @pytest.mark.parametrize('quality', QUALITIES, ids=str)
-@pytest.mark.parametrize('dialect', [ArduCopter, Px4])
+@pytest.mark.parametrize('dialect', [ArduCopter, SimulatedPx4])
 def test_takes_off_flies_where_it_is_told_and_lands_over_a_bad_link(dialect: type[Any], quality: dict[str, float]) -> None:
     flight = BadFlight(Simulated(dialect), 1, **quality)
     flight.until(lambda: flight.status.ready)
@@ -66,7 +66,7 @@ def test_takes_off_flies_where_it_is_told_and_lands_over_a_bad_link(dialect: typ
 
 
 @pytest.mark.parametrize('cut_s', [0.5, 2.0, 30.0])
-@pytest.mark.parametrize('dialect', [ArduCopter, Px4])
+@pytest.mark.parametrize('dialect', [ArduCopter, SimulatedPx4])
 def test_what_was_on_its_way_when_the_link_was_cut_moves_nothing_after(dialect: type[Any], cut_s: float) -> None:
     flight = BadFlight(Simulated(dialect), 2, delay_s=0.1, jitter_s=0.1)
     flight.until(lambda: flight.status.ready)

@@ -10,11 +10,11 @@ import pytest
 from advise_ros.mavlink import messages as mav
 from advise_ros.mavlink.requests import Goal
 from advise_ros.sim.arducopter import ArduCopter
-from advise_ros.sim.px4 import Px4
+from advise_ros.sim.px4 import SimulatedPx4
 from support.simulated_flight import Simulated, SimulatedFlight
 
-LOITER = {ArduCopter: 5, Px4: 0x03040000}
-DIALECTS = [ArduCopter, Px4]
+LOITER = {ArduCopter: 5, SimulatedPx4: 0x03040000}
+DIALECTS = [ArduCopter, SimulatedPx4]
 both = pytest.mark.parametrize('dialect', DIALECTS)
 
 
@@ -89,7 +89,7 @@ def test_a_lost_link_stops_it_and_no_old_command_is_flown_after(dialect: type[An
     flight.run(cut_s)
     flight.cut, flight.velocity = False, (0.0, 0.0, 0.0)
     flight.run(5.0)
-    left_offboard = dialect is Px4 and cut_s > 1.0
+    left_offboard = dialect is SimulatedPx4 and cut_s > 1.0
     assert flight.status.connected
     assert flight.status.commandable is not left_offboard
     assert ('the failsafe "RTL" has it' in flight.status.waiting_for) is left_offboard
@@ -98,7 +98,7 @@ def test_a_lost_link_stops_it_and_no_old_command_is_flown_after(dialect: type[An
 
 def test_a_px4_without_stream_is_never_asked_for_offboard() -> None:
     """With the stock wait that freezes its simulation."""
-    flight = SimulatedFlight(Simulated(Px4))
+    flight = SimulatedFlight(Simulated(SimulatedPx4))
     asked: list[bool] = []
     receive = flight.copter.receive
 
@@ -121,7 +121,10 @@ def test_a_refusal_is_told_in_the_autopilots_words(dialect: type[Any]) -> None:
     request = flight.ask(Goal.ARM)
     flight.until(lambda: request.reply is not None)
     flight.run(6.0)
-    words = {ArduCopter: 'Arm: still waiting for a satellite fix', Px4: 'Arming denied: Resolve system health failures first'}
+    words = {
+        ArduCopter: 'Arm: still waiting for a satellite fix',
+        SimulatedPx4: 'Arming denied: Resolve system health failures first',
+    }
     assert words[dialect] in flight.status.text
     assert 'still waiting for' in flight.status.waiting_for
 

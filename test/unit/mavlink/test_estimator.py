@@ -13,7 +13,7 @@ from advise_ros.mavlink.estimator import FACT_S, SETTLED_S, Estimator
 from advise_ros.mavlink.messages import dialect
 from advise_ros.mavlink.vehicle import Motion
 from advise_ros.sim.arducopter import ArduCopter
-from advise_ros.sim.px4 import Px4
+from advise_ros.sim.px4 import SimulatedPx4
 from support.promises import standing
 
 METRES_E7 = 1e7 / 111_319.0
@@ -145,9 +145,9 @@ def test_an_ardupilot_stands_through_a_shift_that_it_believes_after_ten_seconds(
     assert flight.velocity != (0.0, 0.0, 0.0), 'it flies on afterwards'
 
 
-@pytest.mark.parametrize('autopilot', [ArduCopter, Px4])
+@pytest.mark.parametrize('autopilot', [ArduCopter, SimulatedPx4])
 def test_a_normal_flight_is_never_doubted(autopilot: type[Any]) -> None:
-    name = {ArduCopter: 'ardupilot', Px4: 'px4'}[autopilot]
+    name = {ArduCopter: 'ardupilot', SimulatedPx4: 'px4'}[autopilot]
     rng = np.random.default_rng(6)
     flight, told = standing.take_off(name, rng), set()
     for _ in range(6):

@@ -15,18 +15,18 @@ from advise_ros.mavlink.messages import dialect as mavlink
 from advise_ros.mavlink.parameter_values import as_carried, decode, encode
 from advise_ros.mavlink.writings import Writings
 from advise_ros.sim.arducopter import ArduCopter
-from advise_ros.sim.px4 import Px4
+from advise_ros.sim.px4 import SimulatedPx4
 from support import reserve
 from support.on_the_air import on_the_air, parameters_of
 from support.paths import ROOT
 
 Capture = pytest.CaptureFixture[str]
 GRID = str(ROOT / 'config' / 'grid_6x6.yaml')
-DIALECTS = pytest.mark.parametrize('dialect', [ArduCopter, Px4])
+DIALECTS = pytest.mark.parametrize('dialect', [ArduCopter, SimulatedPx4])
 # Out of the box, beside grid_6x6: what is written, in this order.
 WRITTEN = {
     ArduCopter: ['GUID_TIMEOUT', 'FENCE_ENABLE'],
-    Px4: ['COM_OBL_RC_ACT', 'GF_MAX_HOR_DIST', 'GF_MAX_VER_DIST'],
+    SimulatedPx4: ['COM_OBL_RC_ACT', 'GF_MAX_HOR_DIST', 'GF_MAX_VER_DIST'],
 }
 
 
@@ -78,7 +78,7 @@ def test_it_asks_first(
     monkeypatch.setattr('builtins.input', answered)
     monkeypatch.chdir(tmp_path)
     port = reserve.free_udp_port()
-    with on_the_air(Px4, port) as autopilot:
+    with on_the_air(SimulatedPx4, port) as autopilot:
         before = values_of(autopilot)
         assert fly_check.run(arguments(port, '--apply')) == (0 if written else 1)
         assert (values_of(autopilot) != before) == written
@@ -126,7 +126,7 @@ def test_a_vehicle_that_is_armed_meanwhile_gets_no_more(tmp_path: Path, capsys: 
             parameters_of(autopilot).settable.pop('GF_MAX_HOR_DIST', None)
             autopilot.vehicle.armed = True
 
-    with on_the_air(Px4, port, before=arm_at_the_second) as autopilot:
+    with on_the_air(SimulatedPx4, port, before=arm_at_the_second) as autopilot:
         assert fly_check.run(arguments(port, '--apply', '--yes', '--save', str(file))) == 1
         assert parameters_of(autopilot)['GF_MAX_VER_DIST'] == 0.0
     said = capsys.readouterr().out
@@ -143,7 +143,7 @@ def test_interrupted_it_says_how_far_it_came_and_nothing_is_lost(tmp_path: Path,
             interrupted.append(message.param_id)
             _thread.interrupt_main()
 
-    with on_the_air(Px4, port, before=interrupt_at_the_second) as autopilot:
+    with on_the_air(SimulatedPx4, port, before=interrupt_at_the_second) as autopilot:
         before = values_of(autopilot)
         assert fly_check.run(arguments(port, '--apply', '--yes', '--save', str(file))) == 130
         said = capsys.readouterr().out
@@ -152,14 +152,14 @@ def test_interrupted_it_says_how_far_it_came_and_nothing_is_lost(tmp_path: Path,
         assert 'not written  GF_MAX_VER_DIST = 32' in said
         assert f'--undo {file}' in said
         kept = {entry['name']: entry['old'] for entry in json.loads(file.read_text())['parameters']}
-        assert kept == {name: before[name] for name in WRITTEN[Px4]}  # What was not reached, too.
+        assert kept == {name: before[name] for name in WRITTEN[SimulatedPx4]}  # What was not reached, too.
         assert fly_check.run(arguments(port, '--undo', str(file), '--yes', '--save', str(second))) == 0
         assert values_of(autopilot) == before
 
 
 def test_a_value_that_the_autopilot_refuses_is_named(tmp_path: Path, capsys: Capture) -> None:
     port, file = reserve.free_udp_port(), tmp_path / 'old.json'
-    with on_the_air(Px4, port) as autopilot:
+    with on_the_air(SimulatedPx4, port) as autopilot:
         del parameters_of(autopilot).settable['GF_MAX_VER_DIST']
         assert fly_check.run(arguments(port, '--apply', '--yes', '--save', str(file))) == 1
     said = capsys.readouterr().out
@@ -170,7 +170,7 @@ def test_old_values_are_put_back_only_where_they_came_from(tmp_path: Path, capsy
     port, file = reserve.free_udp_port(), tmp_path / 'old.json'
     entry = {'name': 'GUID_TIMEOUT', 'old': 3.0, 'new': 1.0}
     file.write_text(json.dumps({'autopilot': 'ardupilot', 'system': 1, 'parameters': [entry]}))
-    with on_the_air(Px4, port):
+    with on_the_air(SimulatedPx4, port):
         assert fly_check.run(arguments(port, '--undo', str(file), '--yes')) == 2
     assert f'{file} is of ardupilot system 1, and px4 system 1 is here' in capsys.readouterr().err
 
@@ -178,7 +178,7 @@ def test_old_values_are_put_back_only_where_they_came_from(tmp_path: Path, capsy
 def test_a_file_of_old_values_is_never_overwritten(tmp_path: Path, capsys: Capture) -> None:
     port, file = reserve.free_udp_port(), tmp_path / 'old.json'
     file.write_text('precious')
-    with on_the_air(Px4, port) as autopilot:
+    with on_the_air(SimulatedPx4, port) as autopilot:
         before = values_of(autopilot)
         assert fly_check.run(arguments(port, '--apply', '--yes', '--save', str(file))) == 2
         assert values_of(autopilot) == before

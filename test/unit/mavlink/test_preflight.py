@@ -17,7 +17,7 @@ from advise_ros.mavlink.findings import Level, Room
 from advise_ros.mavlink.preflight import parameter_findings, state_findings
 from advise_ros.mavlink.readings import Readings
 from advise_ros.sim.arducopter import ArduCopter
-from advise_ros.sim.px4 import Px4
+from advise_ros.sim.px4 import SimulatedPx4
 from support import reserve
 from support.on_the_air import on_the_air
 from support.sim_companion import Companion
@@ -131,7 +131,7 @@ def test_the_state_is_told_with_the_autopilots_words() -> None:
     assert waiting[2].what == 'it says: PreArm: Compass'
 
 
-@pytest.mark.parametrize(('dialect', 'autopilot'), [(ArduCopter, 'ardupilot'), (Px4, 'px4')])
+@pytest.mark.parametrize(('dialect', 'autopilot'), [(ArduCopter, 'ardupilot'), (SimulatedPx4, 'px4')])
 def test_parameters_are_read_from_both_dialects_and_asked_for_again(dialect: type, autopilot: str) -> None:
     companion = Companion(dialect=dialect)
     readings = Readings((*preflight.names(autopilot), 'NO_SUCH_NAME'), bytewise=autopilot == 'px4')
@@ -163,7 +163,9 @@ def test_what_not_every_version_has_is_soon_no_longer_waited_for() -> None:
         'right   ardupilot multicopter is heard', 'right   it is ready to arm', 'WRONG   FENCE_ENABLE = 0',
         'right   its estimator has attitude, velocity and position', 'right   GPS: 3D fix',
     )),
-    (Px4, ('right   px4 multicopter is heard', 'right   it is ready to arm', '-> set COM_OBL_RC_ACT to 5 (hold) or 4 (land)')),
+    (SimulatedPx4, (
+        'right   px4 multicopter is heard', 'right   it is ready to arm', '-> set COM_OBL_RC_ACT to 5 (hold) or 4 (land)',
+    )),
 ])
 def test_the_command_finds_what_is_wrong_and_arms_nothing(dialect: type, lines: tuple[str, ...], capsys: Capture) -> None:
     port = reserve.free_udp_port()
@@ -178,10 +180,10 @@ def test_with_a_key_it_hears_only_who_has_it_and_without_one_it_says_who_signs(t
     (tmp_path / 'key').write_text(key.hex())
     (tmp_path / 'key').chmod(0o600)
     command = [f'udpin:127.0.0.1:{port}', '--signing-key', str(tmp_path / 'key'), '--wait']
-    with on_the_air(Px4, port):
+    with on_the_air(SimulatedPx4, port):
         assert fly_check.run([*command, '1']) == 2
         assert 'a frame is not signed, but a key is set; give --signing-key' in capsys.readouterr().err
-    with on_the_air(Px4, port, key):
+    with on_the_air(SimulatedPx4, port, key):
         assert fly_check.run([*command, '20']) == 1
         assert 'right   what it sends is signed with the key' in capsys.readouterr().out
         assert fly_check.run([f'udpin:127.0.0.1:{port}', '--wait', '1']) == 1

@@ -8,25 +8,25 @@ from pathlib import Path
 import pytest
 
 from advise_ros.recording import background
-from advise_ros.recording.background import BackgroundWriter, Entry, Limits
+from advise_ros.recording.background import BackgroundWriter, BagEntry, WriteLimits
 from advise_ros.recording.definitions import definition
 from advise_ros.recording.messages import Bag
 from advise_ros.recording.recover import is_whole
 from advise_ros.recording.writer import BagWriter
 
 TEXT = 'std_msgs/msg/String'
-QUICK = Limits(flush_s=0.05)
+QUICK = WriteLimits(flush_s=0.05)
 DATA = b'\0\1\0\0' + (8).to_bytes(4, 'little') + b'flying.\0'
 
 
-def begin(folder: Path, limits: Limits = QUICK) -> BackgroundWriter:
+def begin(folder: Path, limits: WriteLimits = QUICK) -> BackgroundWriter:
     writer = BackgroundWriter(BagWriter(folder / 'bag'), limits)
     writer.open_topic('/words', definition(TEXT), ())
     return writer
 
 
-def entries(first: int, count: int) -> list[Entry]:
-    return [Entry('/words', number, number, DATA) for number in range(first, first + count)]
+def entries(first: int, count: int) -> list[BagEntry]:
+    return [BagEntry('/words', number, number, DATA) for number in range(first, first + count)]
 
 
 def until(condition: Callable[[], object]) -> None:
@@ -76,7 +76,7 @@ def test_nobody_waits_for_a_slow_disk_and_what_it_is_too_slow_for_is_counted(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     go_on = threading.Event()
-    writer = begin(tmp_path, Limits(flush_s=60.0))
+    writer = begin(tmp_path, WriteLimits(flush_s=60.0))
     write = BagWriter.write
 
     def slow(bag: BagWriter, *given: object) -> None:
@@ -99,7 +99,7 @@ def n_handles() -> int:
 
 def test_no_handle_is_left_open(tmp_path: Path) -> None:
     before = n_handles()
-    writer = begin(tmp_path, Limits(flush_s=0.05, split_bytes=1))
+    writer = begin(tmp_path, WriteLimits(flush_s=0.05, split_bytes=1))
     for first in range(3):
         writer.write(entries(10 * first, 10))
         until(lambda done=10 * first + 10: writer.counts.get('/words') == done)
@@ -110,7 +110,7 @@ def test_no_handle_is_left_open(tmp_path: Path) -> None:
 
 def test_a_mistake_in_the_writer_ends_the_recording_with_its_words(tmp_path: Path) -> None:
     writer = begin(tmp_path)
-    writer.write([Entry('/never_opened', 1, 1, DATA)])
+    writer.write([BagEntry('/never_opened', 1, 1, DATA)])
     until(lambda: writer.problem)
     assert writer.problem == "KeyError: '/never_opened'"
     writer.write(entries(0, 10))

@@ -9,7 +9,7 @@ import pytest
 from advise_ros.core.demonstrations.samples import VehicleEvent
 from advise_ros.mavlink.link import Received
 from advise_ros.mavlink.messages import Message, dialect
-from advise_ros.recording.listener import Listener
+from advise_ros.recording.mavlink_listener import MavlinkListener
 
 SYSTEM = 7
 
@@ -70,7 +70,7 @@ COPTER = heartbeat(1, dialect.MAV_TYPE_QUADROTOR, dialect.MAV_AUTOPILOT_PX4)
 ])
 def test_the_vehicle_is_the_multicopter_whatever_else_names_an_autopilot(other: Message) -> None:
     taken, link = Taken([], []), MockLink(other, COPTER, position(1), position(other.get_srcComponent()))
-    listener = Listener(link, taken, simulated=True)  # type: ignore[arg-type]
+    listener = MavlinkListener(link, taken, simulated=True)  # type: ignore[arg-type]
     listener.poll(1_000_000_000, 0.0)
     listener.poll(11_000_000_000, 10.0)  # No position has come for long: they are asked for.
     assert listener.vehicle == (SYSTEM, 1)

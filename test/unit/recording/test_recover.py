@@ -14,8 +14,8 @@ from advise_ros.commands.recover import run
 from advise_ros.core.errors import InputError, LogError
 from advise_ros.recording.definitions import definition
 from advise_ros.recording.mcapfile import McapFile, WholeChunk
-from advise_ros.recording.mend import recover
 from advise_ros.recording.recover import Salvage, is_whole
+from advise_ros.recording.repair import recover
 from advise_ros.recording.writer import COMPRESSIONS, BagWriter
 from advise_ros.ros.cdr import to_cdr
 

@@ -13,7 +13,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from advise_ros.core.errors import InputError
 from advise_ros.mavlink.framing import Framer
-from advise_ros.sim.link import Link
+from advise_ros.sim.link import SimulatorLink
 from support import reserve
 
 HEARTBEAT = mavlink.MAVLink_heartbeat_message(2, 3, 0, 0, 3, 3)
@@ -35,8 +35,8 @@ def eventually(attempt: Callable[[], Any]) -> Any:
 
 
 @contextlib.contextmanager
-def link(endpoint: str) -> Iterator[Link]:
-    opened = Link(endpoint, 1, 1)
+def link(endpoint: str) -> Iterator[SimulatorLink]:
+    opened = SimulatorLink(endpoint, 1, 1)
     try:
         yield opened
     finally:
@@ -149,16 +149,16 @@ def test_a_tcp_client_that_does_not_read_costs_whole_frames_only():
 ])
 def test_malformed_endpoints_are_refused_with_the_forms(endpoint):
     with pytest.raises(InputError, match=r"'endpoint'.*udpout:HOST:PORT, udpin:HOST:PORT or tcpin:HOST:PORT"):
-        Link(endpoint, 1, 1)
+        SimulatorLink(endpoint, 1, 1)
 
 
 def test_an_unknown_host_is_named():
     with pytest.raises(InputError, match=r"host 'no\.such\.host\.invalid' of parameter 'endpoint'"):
-        Link('udpout:no.such.host.invalid:14550', 1, 1)
+        SimulatorLink('udpout:no.such.host.invalid:14550', 1, 1)
 
 
 @pytest.mark.parametrize('kind', ['udpin', 'tcpin'])
 def test_a_port_in_use_is_named_with_the_parameter(kind):
     port = reserve.free_udp_port() if kind == 'udpin' else reserve.free_tcp_port()
     with link(f'{kind}:127.0.0.1:{port}'), pytest.raises(InputError, match=rf"port {port} of parameter 'endpoint'.*in use"):
-        Link(f'{kind}:127.0.0.1:{port}', 1, 1)
+        SimulatorLink(f'{kind}:127.0.0.1:{port}', 1, 1)

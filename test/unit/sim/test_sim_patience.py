@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from advise_ros.sim.flight import Flight
+from advise_ros.sim.flight import SimulatedFlight
 from advise_ros.sim.modes import Mode
 from advise_ros.sim.pacing import Pacer, Patience
 from advise_ros.sim.setpoints import Setpoint
@@ -31,7 +31,7 @@ def test_without_a_lead_time_never_waits() -> None:
 
 
 def test_only_a_setpoint_that_moves_the_vehicle_grows_old() -> None:
-    flight = Flight(mode=Mode.GUIDED)
+    flight = SimulatedFlight(mode=Mode.GUIDED)
     assert flight.moving_setpoint_age_s(5.0) == 0.0
     flight.follow(Setpoint(velocity_enu_m_s=(0.0, 0.0, 0.0)), 1.0)
     assert flight.moving_setpoint_age_s(5.0) == 0.0

@@ -11,7 +11,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 from advise_ros.mavlink.encoding import Encoder
 from advise_ros.mavlink.framing import CHECKSUM, HEADER_V2, Framer
 from advise_ros.sim.arducopter import ArduCopter
-from advise_ros.sim.px4 import Px4
+from advise_ros.sim.px4 import SimulatedPx4
 from support.sim_companion import ACCEPTED, ARM, FAILED, INTERVAL, LOCAL_POSITION, POSITION_ONLY, REQUEST, Companion, of
 from support.sim_px4_companion import NORTH, OFFBOARD, STILL, Px4Companion
 
@@ -165,7 +165,7 @@ def test_the_true_position_is_given_on_request(kind):
     assert (latitude / 1e7 - 47.397742) * 111_319.5 == pytest.approx(4.0, abs=0.02)
 
 
-@pytest.mark.parametrize('dialect', [ArduCopter, Px4])
+@pytest.mark.parametrize('dialect', [ArduCopter, SimulatedPx4])
 def test_each_link_has_its_own_rates_and_gets_its_own_answers(dialect):
     companion = Companion(dialect=dialect)
     autopilot = companion.autopilot

@@ -8,7 +8,7 @@ from advise_ros.core.demonstrations.demonstration import Demonstration, EndReaso
 from advise_ros.core.demonstrations.discretise import DiscretiseSettings, discretise
 from advise_ros.core.demonstrations.live_samples import KEEP
 from advise_ros.core.demonstrations.recorded_flights import demonstrations_of
-from advise_ros.core.demonstrations.recorder import SETTLE_S, Phase, Recorder
+from advise_ros.core.demonstrations.recorder import SETTLE_S, Recorder, RecorderPhase
 from advise_ros.core.demonstrations.samples import Recording, VehicleEvent
 from advise_ros.core.grid.grid import Action
 from advise_ros.core.units import NS
@@ -84,12 +84,12 @@ def test_a_policy_that_takes_over_ends_the_flight_without_a_demonstration() -> N
     into = recorder()
     half = flight(GRID, round_trip()[:5], landing=False)
     play(into, half)
-    assert into.phase is Phase.OPEN
+    assert into.phase is RecorderPhase.OPEN
     into.policy(flies=True)
     outputs = into.take(1e6) + into.take(1e6 + 1.0)
     assert [output.demonstration for output in outputs] == [None] and 'took over' in outputs[0].remark
     into.policy(flies=False)
-    assert into.phase is Phase.IDLE
+    assert into.phase is RecorderPhase.IDLE
 
 
 def test_by_hand() -> None:
@@ -109,14 +109,14 @@ def test_by_hand_it_ends_by_itself_at_the_final_waypoint() -> None:
     into = recorder(by_flights=False)
     into.start()
     (found,) = play(into, flight(GRID, round_trip()))
-    assert found.end_reason is EndReason.FINAL_WAYPOINT and into.phase is Phase.IDLE
+    assert found.end_reason is EndReason.FINAL_WAYPOINT and into.phase is RecorderPhase.IDLE
 
 
 def test_stopping_without_moves_publishes_nothing() -> None:
     into = recorder(by_flights=False)
     into.start()
     reply = into.stop()
-    assert not reply.success and 'no move' in reply.message and into.phase is Phase.IDLE
+    assert not reply.success and 'no move' in reply.message and into.phase is RecorderPhase.IDLE
 
 
 def test_discard_drops_the_running_one_and_then_takes_back_the_last() -> None:

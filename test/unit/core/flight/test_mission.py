@@ -1,11 +1,11 @@
 """The order of take-off, flight and landing around a pilot's flights."""
 
-from advise_ros.core.flight.mission import GRACE_S, RETRY_S, Ask, Mission, Stage
-from advise_ros.core.flight.vehicle_state import Vehicle
+from advise_ros.core.flight.mission import GRACE_S, RETRY_S, Ask, Mission, MissionStage
+from advise_ros.core.flight.vehicle_state import VehicleState
 
-GROUND = Vehicle(ready=True, armed=False, in_air=False, commandable=False)
+GROUND = VehicleState(ready=True, armed=False, in_air=False, commandable=False)
 BOOTING = GROUND._replace(ready=False, waiting_for='EKF', text='PreArm: wait')
-CLIMBING = Vehicle(ready=True, armed=True, in_air=True, commandable=False, mode='GUIDED')
+CLIMBING = VehicleState(ready=True, armed=True, in_air=True, commandable=False, mode='GUIDED')
 FLYING = CLIMBING._replace(commandable=True)
 
 
@@ -27,15 +27,15 @@ def test_two_flights_ask_for_what_they_need_and_nothing_twice() -> None:
         assert mission.advance(GROUND, 2.0) is None
         mission.replied(True, 'taking off', 2.0)
         assert mission.advance(CLIMBING, 3.0) is None
-        assert mission.stage is Stage.TAKING_OFF
+        assert mission.stage is MissionStage.TAKING_OFF
         assert mission.advance(FLYING, 4.0) is None
-        assert mission.stage is Stage.FLYING
+        assert mission.stage is MissionStage.FLYING
         mission.flown(5.0)
         assert mission.advance(FLYING, 5.0) is Ask.LAND
         mission.replied(True, 'landing', 5.0)
         assert mission.advance(CLIMBING, 6.0) is None
         mission.advance(GROUND, 7.0)
-    assert mission.stage is Stage.DONE
+    assert mission.stage is MissionStage.DONE
     assert mission.failure == ''
 
 
@@ -46,18 +46,18 @@ def test_no_flights_are_done_at_once() -> None:
 def test_a_vehicle_in_the_air_already_is_flown_from_there() -> None:
     mission = Mission(1)
     assert mission.advance(FLYING, 0.0) is None
-    assert mission.stage is Stage.FLYING
+    assert mission.stage is MissionStage.FLYING
 
 
 def test_when_somebody_else_handles_the_vehicle_nothing_is_asked() -> None:
     mission = Mission(2, handle_vehicle=False)
     assert mission.advance(GROUND, 0.0) is None
-    assert mission.stage is Stage.WAITING
+    assert mission.stage is MissionStage.WAITING
     mission.advance(FLYING, 1.0)
     mission.flown(2.0)
     assert mission.advance(FLYING, 3.0) is None
     mission.advance(GROUND, 4.0)
-    assert (mission.stage, mission.flight) == (Stage.WAITING, 2)
+    assert (mission.stage, mission.flight) == (MissionStage.WAITING, 2)
 
 
 def test_a_refusal_is_tried_again_and_then_told() -> None:
@@ -96,7 +96,7 @@ def test_a_flight_may_take_long_but_a_landing_may_not() -> None:
     mission = Mission(1, timeout_s=10.0)
     mission.advance(FLYING, 0.0)
     mission.advance(FLYING, 1000.0)
-    assert mission.stage is Stage.FLYING
+    assert mission.stage is MissionStage.FLYING
     mission.flown(1000.0)
     mission.advance(CLIMBING, 1011.0)
     assert 'landing took longer than 10 s' in mission.failure
@@ -108,7 +108,7 @@ def test_a_mode_that_somebody_else_set_ends_the_mission_but_a_short_loss_does_no
     mission.advance(CLIMBING, 1.0)
     mission.advance(FLYING, 1.0 + 0.9 * GRACE_S)
     mission.advance(CLIMBING._replace(mode='RTL'), 20.0)
-    assert mission.stage is Stage.FLYING
+    assert mission.stage is MissionStage.FLYING
     mission.advance(CLIMBING._replace(mode='RTL'), 21.0 + GRACE_S)
     assert 'takes no commands any more (mode RTL)' in mission.failure
 

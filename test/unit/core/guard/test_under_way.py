@@ -7,12 +7,12 @@ import pytest
 from advise_ros.core.guard.fence import Braking, box
 from advise_ros.core.guard.flown_path import FLOWN_ON_S, FlownPath
 from advise_ros.core.guard.return_inside import SPEED_M_S, ReturnInside
-from advise_ros.core.guard.rules import Limits, Verdict, held_back
+from advise_ros.core.guard.rules import GuardVerdict, Limits, held_back
 from advise_ros.core.units import ZERO, Vector
 from support.guarded_flight import BOUND_M, episode
 
 LIMITS = Limits(fence=box((0.0, 0.0, 2.0), (12.0, 12.0, 8.0)))
-WANTED = Verdict((1.0, 0.5, -0.5), 0.1, '')
+WANTED = GuardVerdict((1.0, 0.5, -0.5), 0.1, '')
 
 
 def test_commands_before_an_answered_question_are_not_under_way_any_more() -> None:
@@ -41,7 +41,7 @@ def test_nothing_is_added_to_what_leads_out_already(under_way: Vector, flown: Ve
 
 
 def test_the_less_room_is_left_by_what_is_under_way_the_slower_it_is() -> None:
-    speeds = [held_back(Verdict((3.0, 0.0, 0.0), 0.0, ''), (6.0, 6.0, 5.0), (east, 0.0, 0.0), LIMITS).velocity_enu_m_s[0]
+    speeds = [held_back(GuardVerdict((3.0, 0.0, 0.0), 0.0, ''), (6.0, 6.0, 5.0), (east, 0.0, 0.0), LIMITS).velocity_enu_m_s[0]
               for east in (1.0, 3.0, 5.0, 5.5)]
     assert speeds == sorted(speeds, reverse=True) and len(set(speeds)) == len(speeds)
 

@@ -84,7 +84,7 @@ def test_a_person_answers_in_one_session_and_no_other_is_flown(tmp_path: Path) -
 
 def test_the_table_says_whose_answers_its_figures_come_from() -> None:
     def labels(*, by_person: bool) -> str:
-        outcome = summary.Outcome(
+        outcome = summary.DemoOutcome(
             sessions=[], tracks=[], log=(), before=None, after=None, rate_before=summary.rate([False, True]),  # type: ignore[arg-type]
             rate_after=summary.rate([True, True]), answers_mean=6.0, first_trial_seed=0, by_person=by_person,
             replay_equal=True, seconds=1.0, bag=Path('bag'),

@@ -2,19 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Any
 
 from advise_ros.core.advice.advice import AdviceRecord
+from advise_ros.recording.sessionfile import LogEntry
 
 
-class Entry(NamedTuple):
-    """One entry of the advice log and when it came."""
-
-    record: AdviceRecord
-    stamp_ns: int
-
-
-class Past:
+class AdviceHistory:
     """The advice log as it was heard, in order.
 
     A learner that is started again sends the whole log again, or another one: what is known is not taken twice, and
@@ -27,7 +21,7 @@ class Past:
     """
 
     def __init__(self) -> None:
-        self.entries: list[Entry] = []
+        self.entries: list[LogEntry] = []
         self.since: int | None = None
         self.gains: dict[int, dict[str, Any]] = {}
 
@@ -39,7 +33,7 @@ class Past:
             return False
         if known_ns is not None:
             self.clear()
-        self.entries.append(Entry(record, stamp_ns))
+        self.entries.append(LogEntry(record, stamp_ns))
         return True
 
     def clear(self) -> None:

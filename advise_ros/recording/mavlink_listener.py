@@ -26,7 +26,7 @@ POSITION_RATE_HZ, STATE_RATE_HZ = 20.0, 5.0
 ASK_S = 2.0
 
 
-class Listener:
+class MavlinkListener:
     """Positions, setpoints and state of the first multicopter on a link, chosen by its heartbeat as the bridge does.
 
     Setpoints are seen only where a router passes them on; without them the motion decides the actions.

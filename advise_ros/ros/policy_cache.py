@@ -11,7 +11,7 @@ from advise_ros.core.grid.grid import Grid
 from advise_ros.ros.convert import grid_from_msg
 
 
-class PolicyShelf:
+class PolicyCache:
     """Keeps the newest good policy.
 
     Attributes:

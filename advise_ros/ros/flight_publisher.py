@@ -5,13 +5,13 @@ from __future__ import annotations
 from rclpy.node import Node
 
 from advise_msgs.msg import FlightStatus
-from advise_ros.core.flight.policy_flight import Phase, PolicyFlight
+from advise_ros.core.flight.policy_flight import FlightPhase, PolicyFlight
 from advise_ros.core.units import MAP_FRAME
 from advise_ros.ros import qos
 from advise_ros.ros.convert import stamp_from_ns
 
 
-class FlightTeller:
+class FlightPublisher:
     """Keeps and publishes the status of the present or the last flight.
 
     Attributes:
@@ -32,7 +32,7 @@ class FlightTeller:
         self.status.start_cell = flight.plan.start_cell
         self.tell(flight, flight.phase, '', stamp_ns)
 
-    def tell(self, flight: PolicyFlight, phase: Phase, message: str, stamp_ns: int) -> bool:
+    def tell(self, flight: PolicyFlight, phase: FlightPhase, message: str, stamp_ns: int) -> bool:
         """Publish when anything changed; `stamp_ns` is that of the last pose flown by."""
         status = self.status
         told = (status.flight_id, phase, message, flight.state, flight.steps, flight.step_budget)

@@ -16,9 +16,9 @@ from rclpy.task import Future
 from std_srvs.srv import Trigger
 
 from advise_msgs.srv import AnswerQuery, PreviewAnswer, RetractAdvice
-from advise_ros.console import acts
+from advise_ros.console import request_check
 from advise_ros.console.flight_goals import FlightGoals, Reply, no, resolve
-from advise_ros.console.listener import Listener
+from advise_ros.console.listener import GraphListener
 from advise_ros.core.advice.advice import Answer, Code
 from advise_ros.core.errors import InputError
 from advise_ros.ros import convert_advice
@@ -36,7 +36,7 @@ KEPT_MOST = 50
 
 
 @dataclass
-class Kept:
+class PendingAnswer:
     """An answer on its way.
 
     Attributes:
@@ -56,7 +56,7 @@ class Kept:
 
 
 @dataclass
-class Waiting:
+class PendingRequest:
     """A request under way."""
 
     promise: Promise[Reply]
@@ -65,24 +65,24 @@ class Waiting:
     what: str
 
 
-class Desk:
+class RequestDispatcher:
     """Services and actions of the graph, as a page or a terminal asks for them.
 
     `act` may be called in any thread; the rest happens in the thread of the node's executor. Its promise always
     gets a reply, a dict with `ok` and `message`; an answer's only when the learner has taken or refused it.
     """
 
-    def __init__(self, node: Node, listener: Listener) -> None:
+    def __init__(self, node: Node, listener: GraphListener) -> None:
         self._node, self._listener = node, listener
-        self._trigger = {name: node.create_client(Trigger, service) for name, service in acts.TRIGGERS.items()}
+        self._trigger = {name: node.create_client(Trigger, service) for name, service in request_check.TRIGGERS.items()}
         self._answer = node.create_client(AnswerQuery, 'advise/answer')
         self._preview = node.create_client(PreviewAnswer, 'advise/preview')
         self._retract = node.create_client(RetractAdvice, 'advise/retract')
         self._goals = FlightGoals(node, listener.board)
         self._inbox: deque[Callable[[], None]] = deque()
-        self._kept: OrderedDict[str, Kept] = OrderedDict()
+        self._kept: OrderedDict[str, PendingAnswer] = OrderedDict()
         self._replied: OrderedDict[str, Promise[Reply]] = OrderedDict()
-        self._waiting: list[Waiting] = []
+        self._waiting: list[PendingRequest] = []
         self._lock = threading.Lock()
         self._wake = node.create_guard_condition(self._on_wake)
         node.create_timer(TICK_S, self._on_tick, clock=Clock(clock_type=ClockType.STEADY_TIME))
@@ -107,17 +107,17 @@ class Desk:
         return promise
 
     def _plan(self, name: str, given: Mapping[str, Any], promise: Promise[Reply]) -> Callable[[], None]:
-        if name in acts.TRIGGERS:
+        if name in request_check.TRIGGERS:
             return lambda: self._call(promise, self._trigger[name], Trigger.Request(), name)
         if name == 'answer':
-            answer, states = acts.answer_of(given), acts.asked_states(given)
-            kept = Kept(acts.unique_id(given), answer, states, promise, time.monotonic())
+            answer, states = request_check.answer_of(given), request_check.asked_states(given)
+            kept = PendingAnswer(request_check.unique_id(given), answer, states, promise, time.monotonic())
             return lambda: self._take(kept)
         if name == 'preview':
-            request = _preview_of(acts.answer_of(given))
+            request = _preview_of(request_check.answer_of(given))
             return lambda: self._call(promise, self._preview, request, name)
         if name == 'retract':
-            retract = RetractAdvice.Request(advice_id=acts.advice_id(given))
+            retract = RetractAdvice.Request(advice_id=request_check.advice_id(given))
             return lambda: self._call(promise, self._retract, retract, name)
         if name == 'fly':
             return lambda: self._send_off(promise)
@@ -139,7 +139,7 @@ class Desk:
 
     def _await(self, promise: Promise[Reply], future: Future, what: str) -> None:
         future.add_done_callback(lambda done: None if done.cancelled() else resolve(promise, reply_of(done.result())))
-        self._waiting.append(Waiting(promise, future, time.monotonic() + PATIENCE_S, what))
+        self._waiting.append(PendingRequest(promise, future, time.monotonic() + PATIENCE_S, what))
 
     def _send_off(self, promise: Promise[Reply]) -> None:
         """Fly the newest policy from the route's start."""
@@ -148,10 +148,10 @@ class Desk:
             promise.set_result(no('nobody flies here: the policy node is not running'))
             return
         sent = self._goals.send(promise, grid.waypoints[-1])
-        self._waiting.append(Waiting(promise, sent, time.monotonic() + PATIENCE_S, 'fly'))
+        self._waiting.append(PendingRequest(promise, sent, time.monotonic() + PATIENCE_S, 'fly'))
 
     # -- answers -----------------------------------------------------------------------------
-    def _take(self, kept: Kept) -> None:
+    def _take(self, kept: PendingAnswer) -> None:
         """An answer that came before gets the reply of the first one."""
         earlier = self._replied.get(kept.uid) or (self._kept[kept.uid].promise if kept.uid in self._kept else None)
         if earlier is not None:
@@ -169,7 +169,7 @@ class Desk:
                 self._give_if_asked(kept)
         self._listener.board.put('kept', [kept.uid for kept in self._kept.values() if kept.sent is None])
 
-    def _give_if_asked(self, kept: Kept) -> None:
+    def _give_if_asked(self, kept: PendingAnswer) -> None:
         """Give an answer to the question that the person saw.
 
         A learner that was started again asks the same under another number, and something else under the same one.
@@ -185,11 +185,11 @@ class Desk:
             return
         self._give(kept)
 
-    def _give(self, kept: Kept) -> None:
+    def _give(self, kept: PendingAnswer) -> None:
         kept.sent, kept.sent_s = self._answer.call_async(convert_advice.answer_to_request(kept.answer)), time.monotonic()
         kept.sent.add_done_callback(lambda done: self._on_reply(kept, done))
 
-    def _on_reply(self, kept: Kept, done: Future) -> None:
+    def _on_reply(self, kept: PendingAnswer, done: Future) -> None:
         if done is not kept.sent:
             return  # It was given up.
         reply = reply_of(done.result())
@@ -208,7 +208,7 @@ class Desk:
             for one, _ in self._listener.entries
         )
 
-    def _finish(self, kept: Kept, reply: Reply) -> None:
+    def _finish(self, kept: PendingAnswer, reply: Reply) -> None:
         self._kept.pop(kept.uid, None)
         self._replied[kept.uid] = kept.promise
         while len(self._replied) > REMEMBERED:

@@ -8,8 +8,8 @@ from concurrent.futures import Future as Promise
 from typing import Any
 
 from advise_ros.console.board import Section
-from advise_ros.console.desk import Desk, Reply
 from advise_ros.console.drawing import Drawing
+from advise_ros.console.requests import Reply, RequestDispatcher
 from advise_ros.core.advice.advice import Verdict
 from advise_ros.core.grid.grid import N_ACTIONS, Action
 
@@ -27,7 +27,7 @@ def assumed(preferred: tuple[int, ...]) -> tuple[int, ...]:
     return opposite or tuple(action for action in range(N_ACTIONS) if action not in preferred)
 
 
-class Sitting:
+class TerminalSession:
     """What a person does with the keys.
 
     Attributes:
@@ -41,7 +41,7 @@ class Sitting:
         over: the person has left.
     """
 
-    def __init__(self, desk: Desk, name: str) -> None:
+    def __init__(self, desk: RequestDispatcher, name: str) -> None:
         self._desk, self._name = desk, name
         self.preferred: tuple[int, ...] = ()
         self.avoided: tuple[int, ...] = ()

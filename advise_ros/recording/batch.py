@@ -24,7 +24,7 @@ CLUSTER_TIMEOUT_S = 15.0
 
 
 @dataclass(frozen=True)
-class Task:
+class ReadTask:
     """What is to be done with each recording.
 
     Attributes:
@@ -48,7 +48,7 @@ class Harvest(NamedTuple):
     failure: str = ''
 
 
-def harvest(path: str, task: Task, progress: ProgressCallback | None = None) -> Harvest:
+def harvest(path: str, task: ReadTask, progress: ProgressCallback | None = None) -> Harvest:
     """The demonstrations of one recording; nothing that is wrong with it is raised."""
     try:
         recording = read_recording(path, task.topics, progress)
@@ -79,7 +79,7 @@ def why_no_flight(grid: Grid, recording: Recording) -> str:
     return f'no flight reaches {grid.altitude_m:g} m, the highest position is {highest_m:.1f} m'
 
 
-def harvest_all(paths: Sequence[str], task: Task, *, jobs: int, dask: str, done: Callable[[], None]) -> list[Harvest]:
+def harvest_all(paths: Sequence[str], task: ReadTask, *, jobs: int, dask: str, done: Callable[[], None]) -> list[Harvest]:
     """All recordings, in the order of their paths; `done` is called as each of them is.
 
     Args:
@@ -96,7 +96,7 @@ def harvest_all(paths: Sequence[str], task: Task, *, jobs: int, dask: str, done:
     return found
 
 
-def _on_cluster(paths: Sequence[str], task: Task, address: str) -> Iterator[Harvest]:
+def _on_cluster(paths: Sequence[str], task: ReadTask, address: str) -> Iterator[Harvest]:
     from distributed import Client  # noqa: PLC0415  slow to load
 
     try:

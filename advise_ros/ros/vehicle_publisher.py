@@ -21,7 +21,7 @@ from advise_ros.ros.simulated_clock import SimulatedClock
 STATUS_PERIOD_S = 1.0
 
 
-class VehicleTeller:
+class VehiclePublisher:
     """Publishes what an autopilot says of itself.
 
     Attributes:
