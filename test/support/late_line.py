@@ -49,6 +49,7 @@ class LateLine:
     """
 
     def __init__(self, rng: np.random.Generator, kind: str, base_s: float, longest_s: float, lasting_s: float) -> None:
+        self.kind = kind
         self.longest_s = longest_s if kind != 'none' else 0.0
         self._base_s, self._begins_s = base_s, float(rng.uniform(0.0, lasting_s / 2.0))
         self._later = delay_of(kind, self.longest_s, rng)

@@ -107,7 +107,7 @@ class Rig:
         self.processes: dict[str, Process] = {}
         self.simulator = graph.start('simulator', {
             'endpoint': f'udpout:127.0.0.1:{self.proxy.port}', 'ready_after_s': 0.5, 'battery_s': 100_000.0,
-            'autopilot': settings.autopilot, 'drift_m_s': 0.0, 'speedup': settings.speedup,
+            'autopilot': settings.autopilot, 'speedup': settings.speedup,
             'publish_clock': settings.simulated_time,
             **settings.parameters.get('simulator', {}),
         })
