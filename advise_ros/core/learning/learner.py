@@ -45,7 +45,8 @@ class Learned:
         demonstrated: (n, n_actions) smoothed action distributions.
         visits: (n,) demonstrated actions in each state.
         query: the next question, None when nothing is open, the budget is spent or there is enough advice.
-        doubt_left: what the best question that is still open is worth, see `queries.Asking`.
+        doubt_left: what the best question that is still open is worth, in the unit of `enough` for the acquisition in use:
+            disagreement a visit [nat^2]; with `gain` and `belief` a share of the visits; with `site` steps saved.
         enough_advice: it is worth less than the settings' `enough`.
         contradictions: advice ids of answers that cannot all hold, ascending.
         unmet: states whose advice the reward does not satisfy (slack), ascending.
