@@ -5,12 +5,12 @@ import numpy as np
 from advise_ros.core.learning.learner import LearnSettings
 from advise_ros.core.learning.session import Session
 from advise_ros.core.people.simulated_expert import SimulatedExpert
-from advise_ros.core.people.simulated_pilot import Demonstrator, demonstrate
+from advise_ros.core.people.simulated_pilot import SimulatedPilot, demonstrate
 from advise_ros.core.planning.rollout import rollout
 from advise_ros.recording.gridfile import load_grid
 
 grid, rng = load_grid('config/grid_6x6.yaml'), np.random.default_rng(1)
-pilot, expert = Demonstrator(grid, noise_rate=0.4, mistake_share=0.2, rng=rng), SimulatedExpert(grid, rng)
+pilot, expert = SimulatedPilot(grid, noise_rate=0.4, mistake_share=0.2, rng=rng), SimulatedExpert(grid, rng)
 session = Session(grid, LearnSettings())
 for number in range(3):
     session.add(demonstrate(grid, pilot, number, max_moves=400))
