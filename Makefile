@@ -43,8 +43,8 @@ promises: setup  ## what docs/safety.md promises, with everything broken many ti
 ledger-recording: setup  ## recordings killed, cut off, flipped and out of disk: what is lost, against what is promised
 	@exec nice ./advise python tools/ledger_recording.py $(ARGS)
 
-lint: setup  ## ruff, mypy, import-linter, codespell
-	@. .venv/environment.sh; status=0; for check in 'ruff check' mypy 'lint-imports --no-logo' codespell; do \
+lint: setup  ## ruff, mypy, import-linter, codespell; oxlint on the page's JavaScript
+	@. .venv/environment.sh; status=0; for check in 'ruff check' mypy 'lint-imports --no-logo' codespell 'oxlint advise_ros/console/static'; do \
 	    echo "== $$check"; $$check || status=1; done; exit $$status
 
 lock: setup  ## resolve requirements/*.in again, to the newest versions that go together
