@@ -21,6 +21,8 @@ LONGEST_STEP_S = 0.1
 PLAUSIBLE_M_S = 20.0
 # A position that jumped is believed again when it was steady for this long, positions that came late when they were in time.
 SETTLED_S, IN_TIME_S = 1.0, 0.25
+# A silence longer than this may hide a jump: positions after it begin another track.
+HIDES_JUMP_S = 0.3
 # A delay counts twice, as in `Limits.reaction_s`.
 REACTIONS = 2.0
 # Stamps count for as much as this; their clock may run faster than steady time (simulation).
@@ -82,7 +84,8 @@ class GuardMonitor:
         self._late_s = self._late_at_s = self._pose_delay_s = 0.0
         self._returned = False
         self._jump, self._jump_s = '', -math.inf
-        self._left_by_jump, self._before_jump = '', ZERO
+        self._left_by_jump, self._track_s = '', 0.0
+        self._believed: Vector | None = None
         self._back = ReturnInside(limits.fence) if limits.fence is not None and settings.return_inside else None
         self._path = FlownPath()
         self._flown: Vector = ZERO
@@ -134,11 +137,15 @@ class GuardMonitor:
         stamped_s = min(max(0.0, (stamp_ns - last_ns) / NS), LONGEST_STAMPED_S) if stamp_ns and last_ns else 0.0
         passed_s = max(now_s - last_s, stamped_s)
         moved_m = math.dist(position, last.position_enu_m)
-        if self._settings.jump_m > 0.0 and not moved_m <= self._settings.jump_m + PLAUSIBLE_M_S * passed_s:
+        if self._believed is None or (self._track_s >= SETTLED_S and not self._left_by_jump):
+            self._believed = last.position_enu_m
+        jumped = self._settings.jump_m > 0.0 and not moved_m <= self._settings.jump_m + PLAUSIBLE_M_S * passed_s
+        may_hide_one = moved_m > self._settings.jump_m and passed_s > HIDES_JUMP_S
+        self._track_s = 0.0 if jumped or may_hide_one else self._track_s + passed_s
+        if jumped:
             self._jump, self._jump_s = f'it jumped {moved_m:.1f} m in {passed_s:.2f} s', now_s
-            self._before_jump = self._before_jump if self._left_by_jump else last.position_enu_m
             self._left_by_jump = f'it jumped {moved_m:.1f} m'
-        if self._left_by_jump and math.dist(position, self._before_jump) <= self._settings.jump_m:
+        if self._left_by_jump and math.dist(position, self._believed) <= self._settings.jump_m:
             self._left_by_jump = ''  # It jumped back.
 
     def clock_bounds(self, low_s: float, high_s: float, now_s: float) -> None:

@@ -145,6 +145,19 @@ def test_where_a_position_jumped_back_it_is_brought_inside_as_before(lasting_s: 
     assert vehicle.at[0] < 12.0
 
 
+def test_a_jump_that_a_silence_hid_is_known_by_the_way_back() -> None:
+    """What is believed is where it was for a second, not where it seemed to be for an instant."""
+    vehicle = Drifter((11.9, 6.0, 5.0))
+    vehicle.run(2.0, command=ZERO)
+    vehicle.now_s += 1.5
+    vehicle.at += (11.0, 0.0, 0.0)
+    vehicle.run(0.3, command=ZERO)
+    vehicle.at += (-10.7, 0.0, 0.0)
+    vehicle.run(5.0, command=ZERO)
+    assert vehicle.conditions[-2:] == ['return', '']
+    assert vehicle.at[0] < 12.0
+
+
 def test_from_above_it_sinks_and_what_may_stand_on_the_ground_is_not_lifted() -> None:
     high, low, flying = Drifter((6.0, 6.0, 9.0)), Drifter((6.0, 6.0, 0.0)), Drifter((6.0, 6.0, 1.0), lifts=True)
     for vehicle in (high, low, flying):
