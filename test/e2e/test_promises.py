@@ -9,9 +9,10 @@ from pathlib import Path
 
 import pytest
 
+from support.paths import ROOT
+
 # What fails is found by what never comes; how fast it is on a quiet machine is what `make promises` tells.
 SLACK_S = '5'
-ROOT = Path(__file__).parents[2]
 
 
 @pytest.mark.timeout(900)  # Two minutes on a quiet machine.

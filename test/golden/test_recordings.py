@@ -15,8 +15,8 @@ from advise_ros.core.demonstrations.samples import NO_COMMANDS
 from advise_ros.core.learning.learner import LearnSettings, learn
 from advise_ros.recording.gridfile import load_grid
 from advise_ros.recording.sources import read_recording
+from support.paths import ROOT
 
-ROOT = Path(__file__).parents[2]
 BAG, LOG = ROOT / 'bags' / 'arducopter_five_flights', ROOT / 'bags' / 'arducopter_flight1.tlog'
 GRID = load_grid(ROOT / 'config' / 'grid_6x6.yaml')
 EXPECTED = json.loads((Path(__file__).parent / 'arducopter_five_flights.json').read_text())

@@ -12,9 +12,9 @@ from advise_ros.recording.messages import Bag
 from advise_ros.recording.writer import BagWriter
 from advise_ros.replay.pytest_plugin import AdviseBag
 from advise_ros.replay.session import QUERY_TYPE
+from support.paths import ROOT
 from support.session_bag import session_bag
 
-ROOT = Path(__file__).parents[2]
 pytest_plugins = ('pytester',)
 
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped, TwistStamped
@@ -13,8 +11,8 @@ from advise_ros.ros import qos
 from support.flying import pose, velocity
 from support.graph import Graph
 from support.launching import launch_file, nodes
+from support.paths import ROOT
 
-ROOT = Path(__file__).parents[2]
 GRID = str(ROOT / 'config' / 'grid_6x6.yaml')
 
 

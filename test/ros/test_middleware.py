@@ -9,8 +9,8 @@ from diagnostic_msgs.msg import DiagnosticArray
 
 from advise_ros.middleware import LOOPBACK, PROFILES, RANGE, TRANSPORTS, without_shared_memory
 from support.graph import Graph
+from support.paths import ROOT
 
-ROOT = Path(__file__).parents[2]
 OURS = {RANGE: 'SUBNET', PROFILES: str(LOOPBACK), TRANSPORTS: 'UDPv4'}
 
 

@@ -12,9 +12,9 @@ import pytest
 
 from support.graph import Graph
 from support.learner import write_grid
+from support.paths import ROOT
 from support.walks import GRID_4X4
 
-ROOT = Path(__file__).parents[2]
 # A person's tools, and what ends by itself.
 NOT_STARTED = {'operator', 'teleop'}
 ALWAYS = {'publish': {'rosout', 'parameter_events', 'diagnostics'}, 'subscribe': {'parameter_events', 'clock'}}
