@@ -115,7 +115,7 @@ def _portable(value: str, bag: Path) -> str:
 def arducopter_session(target: Path) -> None:
     """The flight in arducopter_flight1.tlog, learnt from, with a simulated expert's answers; no policy was flown."""
     grid, recording = load_grid(ROOT / 'config' / 'grid_6x6.yaml'), read_tlog(ROOT / 'bags' / 'arducopter_flight1.tlog')
-    bag = SessionBag(advise=AdviseConfig())
+    bag = SessionBag(advise=AdviseConfig(acquisition='occupancy'))
     (flown,) = demonstrations_of(grid, recording._replace(source=SOURCE), bag.recorder.discretise_settings()).demonstrations
     _put_samples(bag, recording)
     bag.put('/demonstration', convert.demonstration_to_msg(flown))

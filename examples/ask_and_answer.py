@@ -11,7 +11,7 @@ from advise_ros.recording.gridfile import load_grid
 
 grid, rng = load_grid('config/grid_6x6.yaml'), np.random.default_rng(1)
 pilot, expert = SimulatedPilot(grid, noise_rate=0.4, mistake_share=0.2, rng=rng), SimulatedExpert(grid, rng)
-session = Session(grid, LearnSettings())
+session = Session(grid, LearnSettings(acquisition='occupancy'))  # Asks about clusters; 'site' would ask what no map says.
 for number in range(3):
     session.add(demonstrate(grid, pilot, number, max_moves=400))
 

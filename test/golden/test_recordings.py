@@ -92,7 +92,7 @@ def test_played_live_the_recorder_gives_the_same() -> None:
 
 
 def test_the_learner_runs_on_them() -> None:
-    learned = learn(GRID, LearnSettings(), from_bag(), ())
+    learned = learn(GRID, LearnSettings(acquisition='occupancy'), from_bag(), ())
     assert learned.n_demonstrations == 5 and np.isfinite(learned.reward).all()
     assert learned.query is not None and learned.query.states
 

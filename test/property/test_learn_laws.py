@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from advise_ros.core.advice.advice import AdviceRecord, Verdict
 from advise_ros.core.demonstrations.demonstration import Demonstration
 from advise_ros.core.learning.learner import Learned, LearnSettings, learn
-from support.learning import ROUND_TRIP, answer, flights, learn_now, ready
+from support.learning import BY_CLUSTERS, ROUND_TRIP, answer, flights, learn_now, ready
 
 SEEDS = st.integers(0, 2**32 - 1)
 FEW = settings(max_examples=8, deadline=None, derandomize=True)
@@ -63,7 +63,7 @@ def test_what_is_learnt_is_well_formed(seed: int, log: tuple[AdviceRecord, ...],
 @given(SEEDS, logs())
 def test_learning_again_gives_the_same_bits(seed: int, log: tuple[AdviceRecord, ...]) -> None:
     flown = flights(seed)
-    first, second = (learn(ROUND_TRIP, LearnSettings(), flown, log) for _ in range(2))
+    first, second = (learn(ROUND_TRIP, BY_CLUSTERS, flown, log) for _ in range(2))
     assert _bits(first) == _bits(second)
 
 
@@ -76,8 +76,8 @@ def test_the_order_of_demonstrations_and_answers_does_not_matter(
     shuffled, told = list(flown), list(log)
     random.shuffle(shuffled)
     random.shuffle(told)
-    first = learn(ROUND_TRIP, LearnSettings(), flown, log)
-    second = learn(ROUND_TRIP, LearnSettings(), tuple(shuffled), tuple(told))
+    first = learn(ROUND_TRIP, BY_CLUSTERS, flown, log)
+    second = learn(ROUND_TRIP, BY_CLUSTERS, tuple(shuffled), tuple(told))
     assert _bits(first) == _bits(second)
 
 
@@ -112,8 +112,8 @@ def _decided(learned: Learned) -> tuple[object, ...]:
 @given(SEEDS, logs())
 def test_the_solvers_explain_the_evidence_equally_well(seed: int, log: tuple[AdviceRecord, ...]) -> None:
     flown: tuple[Demonstration, ...] = flights(seed, number=1)
-    direct = learn(ROUND_TRIP, LearnSettings(), flown, log)
-    paper = learn(ROUND_TRIP, LearnSettings(solver='cvxpy'), flown, log)
+    direct = learn(ROUND_TRIP, BY_CLUSTERS, flown, log)
+    paper = learn(ROUND_TRIP, LearnSettings(acquisition='occupancy', solver='cvxpy'), flown, log)
     assert direct.objective == pytest.approx(paper.objective, rel=1e-6, abs=1e-6)
 
 
@@ -121,11 +121,11 @@ def test_the_digest_tells_every_cause_apart() -> None:
     flown = flights(0)
     log = (AdviceRecord(1, 1, (5, 6), (1,), (3,), Verdict.ANSWER),)
     digests = [
-        learn(ROUND_TRIP, LearnSettings(), flown, ()).digest,
-        learn(ROUND_TRIP, LearnSettings(), flown[1:], ()).digest,
-        learn(ROUND_TRIP, LearnSettings(), flown, log).digest,
-        learn(ROUND_TRIP, LearnSettings(gamma=0.9), flown, ()).digest,
-        learn(ROUND_TRIP, LearnSettings(seed=1), flown, ()).digest,
+        learn(ROUND_TRIP, BY_CLUSTERS, flown, ()).digest,
+        learn(ROUND_TRIP, BY_CLUSTERS, flown[1:], ()).digest,
+        learn(ROUND_TRIP, BY_CLUSTERS, flown, log).digest,
+        learn(ROUND_TRIP, LearnSettings(acquisition='occupancy', gamma=0.9), flown, ()).digest,
+        learn(ROUND_TRIP, LearnSettings(acquisition='occupancy', seed=1), flown, ()).digest,
     ]
     assert len(set(digests)) == len(digests)
     assert all(len(text) == 64 for text in digests)

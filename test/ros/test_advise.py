@@ -107,7 +107,7 @@ def check_rebuilt(learner: Learner, policy: Policy) -> None:
     log = tuple(convert_advice.advice_from_msg(message) for message in learner.log)
     asked = learner.query_of(policy)
     again = learn(
-        GRID_4X4, learn_settings(AdviseConfig()), (walk(GRID_4X4, 0),), log,
+        GRID_4X4, learn_settings(AdviseConfig(acquisition='occupancy')), (walk(GRID_4X4, 0),), log,
         version=policy.version, next_query_id=asked.query_id, budget=5,
     )
     assert again.query is not None

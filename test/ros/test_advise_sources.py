@@ -87,11 +87,12 @@ def test_killed_and_started_again_it_has_the_same_log_and_policy(graph: Graph, g
 def digest_with_first_answer(log: list[Advice]) -> str:
     """Of the policy that two demonstrations and the first answer make."""
     first = (convert_advice.advice_from_msg(log[0]),)
-    return learn(GRID_4X4, learn_settings(AdviseConfig()), (walk(GRID_4X4, 0), walk(GRID_4X4, 1)), first).digest
+    flown = (walk(GRID_4X4, 0), walk(GRID_4X4, 1))
+    return learn(GRID_4X4, learn_settings(AdviseConfig(acquisition='occupancy')), flown, first).digest
 
 
 def test_who_comes_late_gets_everything_and_a_namespace_moves_all_names(graph: Graph, grid_file: str) -> None:
-    graph.start('advise', {'grid_file': grid_file}, namespace='/crew_1')
+    graph.start('advise', {'grid_file': grid_file, 'acquisition': 'occupancy'}, namespace='/crew_1')
     publisher = graph.publisher('crew_1/demonstration', Demonstration, qos.DEMONSTRATIONS)
     publisher.publish(convert.demonstration_to_msg(walk(GRID_4X4, 0)))
     told = graph.listen('crew_1/advise/status', LearnerStatus, LATCHED)

@@ -18,12 +18,12 @@ from rclpy.clock import Clock, ClockType
 from advise_msgs.action import Fly
 from advise_msgs.msg import Policy
 from advise_ros.core.grid.grid import Grid
-from advise_ros.core.irl.settings import LearnSettings
 from advise_ros.core.learning.session import Session
 from advise_ros.ros import qos
 from advise_ros.ros.convert import stamp_to_ns
 from support.graph import Graph
 from support.learner import write_grid
+from support.learning import BY_CLUSTERS
 from support.policies import best, policy_message
 from support.promises.rig import private_graph, square
 from support.walks import everywhere
@@ -115,7 +115,7 @@ def learner(solving: bool) -> Iterator[None]:
 def solve_for_ever() -> None:
     """One policy after the other from the same demonstrations."""
     grid = Grid(2.0, 8, 8, (-1.0, -1.0), 3.0, waypoints=(7, 63, 56, 0))
-    session = Session(grid, LearnSettings())
+    session = Session(grid, BY_CLUSTERS)
     session.add(everywhere(grid, 400))
     work = session.snapshot()
     assert work is not None

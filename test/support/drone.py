@@ -28,7 +28,7 @@ class Drone:
         self.logger = self.start_logger() if logged else None
         self.on_grid('recorder')
         self.policy = self.on_grid('policy', speed_m_s=2.0)
-        self.on_grid('advise', clusters=3, budget=1)
+        self.on_grid('advise', acquisition='occupancy', clusters=3, budget=1)
         self.start('simulator', endpoint=f'udpout:127.0.0.1:{port}', speedup=10.0, ready_after_s=1.0)
         self.on_grid('mavlink_bridge', url=f'udpin:127.0.0.1:{port}', pose_rate_hz=10.0)
 

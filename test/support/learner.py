@@ -34,7 +34,7 @@ class Learner:
 
     def __init__(self, graph: Graph, grid_file: str, **params: object) -> None:
         self.graph = graph
-        self.process: Process = graph.start('advise', {'grid_file': grid_file, **params})
+        self.process: Process = graph.start('advise', {'grid_file': grid_file, 'acquisition': 'occupancy', **params})
         self.policies, self.queries, self.statuses, self.log = (graph.listen(*topic) for topic in TOPICS)
         for heard in (self.policies, self.queries, self.statuses, self.log):
             heard.clear()  # What an earlier learner said.

@@ -17,6 +17,8 @@ from advise_ros.core.people.trial import TrialSettings, fly
 ROUND_TRIP = Grid(2.0, 4, 4, (-1.0, -1.0), 3.0, (3, 15, 12, 0))
 CORRIDOR = Grid(1.0, 4, 1, (0.0, 0.0), 2.0, (3,))
 NORTH, EAST, SOUTH, WEST = range(4)
+# Asks about clusters, and is quick to learn with.
+BY_CLUSTERS = LearnSettings(acquisition='occupancy')
 
 
 def demonstration(grid: Grid, moves: Sequence[tuple[int, int]], name: str = 'test') -> Demonstration:
@@ -51,7 +53,7 @@ def record(
 
 def ready(seed: int = 0, settings: LearnSettings | None = None, budget: int = -1) -> Session:
     """A session with a first policy and an open question."""
-    session = Session(ROUND_TRIP, settings or LearnSettings(), budget)
+    session = Session(ROUND_TRIP, settings or BY_CLUSTERS, budget)
     for flight in flights(seed):
         session.add(flight)
     learn_now(session)

@@ -48,7 +48,7 @@ class SessionBag:
     """
 
     recorder: RecorderConfig = RecorderConfig()
-    advise: AdviseConfig = AdviseConfig(clusters=4)
+    advise: AdviseConfig = AdviseConfig(acquisition='occupancy', clusters=4)
     policy: PolicyConfig = PolicyConfig()
     nodes: tuple[str, ...] = ('recorder', 'advise', 'policy')
     entries: list[Entry] = field(default_factory=list)

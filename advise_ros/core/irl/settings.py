@@ -33,19 +33,17 @@ class LearnSettings:
     w_p: float = parameter(0.5, 'weight of F (demonstrations) against G (policy)', low=0.0, high=1.0)
     cluster_score: str = parameter('mean', 'U_c: mean (definition 4) or sum (algorithm 1)', choices=('mean', 'sum'))
     acquisition: str = parameter(
-        'occupancy', 'what is asked about next: (paper) the highest U_c; where the policy flies and is unsure (occupancy) '
-        'or demonstrations disagree (disagreement); gain: the clusters, finer ones and single states whose answer is '
-        'expected to put most right, and as occupancy where moves are fewer than 5 a state; belief: as gain, and the most '
-        'likely right action is imitated instead of the most frequent one; site: what the map does not say is learnt, cells '
-        'to keep out of on the way to all waypoints, and asked is what saves most steps',
-        choices=('paper', 'occupancy', 'disagreement', 'random', 'gain', 'belief', 'site'),
+        'site', 'what is learnt and asked: site: cells to keep out of that the map does not show, and what saves most steps; '
+        'paper: the most frequent actions, and the cluster with the highest U_c; occupancy: as paper, but U_s weighted by '
+        'where the policy flies',
+        choices=('site', 'paper', 'occupancy'),
     )
     confirm: bool = parameter(
         True, 'ask once more after an answer that hardly any demonstration supports; the most frequent answer holds',
     )
     enough: float = parameter(
-        0.0, 'ask no more when the best question is worth less than this much disagreement a visit [nat^2]; with acquisition '
-        'gain: this share of the visits; 0: never; with acquisition site: steps saved, and 0 means 0.25',
+        0.25, 'with acquisition site, ask no more when the best question is expected to save fewer steps than this; 0: ask '
+        'as long as anything is saved; the others ask about every cluster',
         low=0.0, high=100.0,
     )
     slip: float = parameter(0.0, 'probability that a move goes elsewhere in the transition model', low=0.0, high=0.9)

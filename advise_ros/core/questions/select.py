@@ -93,10 +93,9 @@ class Selection:
 
     @property
     def is_enough(self) -> bool:
-        """Whether nothing is left that is worth its answer, or, of a site, worth anything."""
-        if self._situation.belief is not None:
-            return self._best is None or self.worth < _within_advise().enough_of(self._situation.settings.enough)
-        return self._best is not None and self.worth < self._situation.settings.enough
+        """Whether, on a site, no answer is expected to save `enough` steps; elsewhere every cluster is asked about."""
+        situation = self._situation
+        return situation.belief is not None and (self._best is None or self.worth < situation.settings.enough)
 
     @cached_property
     def worth(self) -> float:

@@ -18,8 +18,8 @@ from advise_ros.core.site.tempering import TEMPERATURES, Draws, draw
 RIGHT, OTHERWISE, WRONG_ANSWERS = 0.9, 0.1, 30
 # Maps with a price [nat] a marked cell and an edge of their border: few cells, and those together.
 CELL_PRICE, EDGE_PRICE = 0.8, 0.4
-# Models of the pilot that explain the moves worse by more than this [nat] are dropped.
-HOPELESSLY_BEHIND = 15.0
+# Models of the pilot that explain the moves worse by more than this [nat] are dropped; earlier, before the last fit, by more.
+HOPELESSLY_BEHIND, BEHIND_BEFORE_LAST_FIT = 15.0, 45.0
 # How often the models of the pilot are fitted to the moves, and the maps drawn anew.
 FITS = 2
 
@@ -120,7 +120,7 @@ def tell(
     again = tuple(
         _drawn(layout, belief.flights, one.pilot, answers, prices, settings, rng, one.draws) for one in belief.pilots
     )
-    return _weighed(again, belief.flights, answers, settings, drop=True)
+    return _weighed(again, belief.flights, answers, settings)
 
 
 def _prices(layout: Layout, cell_price: Floats | None) -> Floats:
@@ -131,13 +131,15 @@ def _prices(layout: Layout, cell_price: Floats | None) -> Floats:
 def _first(layout: Layout, flights: Moves, prices: Floats, settings: SamplerSettings, rng: np.random.Generator) -> SiteBelief:
     """From the moves alone: maps, then the models fitted to the likeliest of them, then maps again."""
     models = tuple(_drawn(layout, flights, pilot, (), prices, settings, rng, None) for pilot in PILOTS)
-    for _ in range(FITS):
+    for fit in range(FITS):
+        if fit > 0:
+            models = _within(models, BEHIND_BEFORE_LAST_FIT)
         fitted = [one.pilot.fitted(layout, flights, one.draws.best) for one in models]
         models = tuple(
             _drawn(layout, flights, pilot, (), prices, settings, rng, one.draws)
             for pilot, one in zip(fitted, models, strict=True)
         )
-    return _weighed(models, flights, (), settings, drop=True)
+    return _weighed(models, flights, (), settings)
 
 
 def _drawn(  # noqa: PLR0913, PLR0917 - what a drawing takes
@@ -181,12 +183,11 @@ def _masks(answer: SiteAnswer) -> tuple[int, int]:
 
 
 def _weighed(
-    models: tuple[PilotBelief, ...], flights: Moves, answers: tuple[SiteAnswer, ...], settings: SamplerSettings, *, drop: bool,
+    models: tuple[PilotBelief, ...], flights: Moves, answers: tuple[SiteAnswer, ...], settings: SamplerSettings,
 ) -> SiteBelief:
     """The maps of all models that are not far behind, each in proportion to its evidence."""
-    ranked = sorted(models, key=lambda one: -one.level)
-    top = ranked[0].level
-    kept = [one for one in ranked if not drop or one.level > top - HOPELESSLY_BEHIND]
+    kept = sorted(_within(models, HOPELESSLY_BEHIND), key=lambda one: -one.level)
+    top = kept[0].level
     evidence = np.exp([one.level - top for one in kept])
     weights = evidence / evidence.sum()
     kept = [one._replace(weight=float(weight)) for one, weight in zip(kept, weights, strict=True)]
@@ -194,6 +195,12 @@ def _weighed(
     maps = np.concatenate([_spread(one.draws.maps, share) for one, share in zip(kept, shares, strict=True)])
     doubting = np.concatenate([_spread(one.draws.doubting, max(1, share // 2)) for one, share in zip(kept, shares, strict=True)])
     return SiteBelief(maps, doubting, tuple(kept), answers, flights)
+
+
+def _within(models: tuple[PilotBelief, ...], behind: float) -> tuple[PilotBelief, ...]:
+    """Those whose maps are not further behind the best than this [nat]."""
+    top = max(one.level for one in models)
+    return tuple(one for one in models if one.level > top - behind)
 
 
 def _spread(maps: Bytes, number: int) -> Bytes:

@@ -14,8 +14,6 @@ from advise_ros.core.site.layout import Bytes, Int32s, Layout
 from advise_ros.core.site.plan import highest, least_steps, lowest, plan, route
 from advise_ros.core.site.search import optimal_sets
 
-# Steps that an answer has to save to be worth a person's time.
-ENOUGH = 0.25
 # Pieces of ways have so many cells, or run to the next turn.
 PIECES = (2, 3, 4, 6)
 # Maps whose ways are cut into pieces, and pieces that are looked at closely.

@@ -19,7 +19,7 @@ from advise_ros.core.numerics import Ints
 from advise_ros.core.site.belief import SiteAnswer, SiteBelief, believe, tell
 from advise_ros.core.site.layout import layout_of
 from advise_ros.core.site.plan import plan
-from advise_ros.core.site.questions import ENOUGH, SiteQuestion, next_question
+from advise_ros.core.site.questions import SiteQuestion, next_question
 
 
 def belief_of(grid: Grid, counts: Counts, advice: AdviceState, seed: int) -> SiteBelief:
@@ -76,11 +76,6 @@ def ask(grid: Grid, belief: SiteBelief, advice: AdviceState, seed: int) -> SiteQ
     )
     rng = np.random.default_rng([seed, len(advice.log), 1])
     return next_question(layout_of(grid), belief, rng, unwanted)
-
-
-def enough_of(setting: float) -> float:
-    """Steps that an answer has to save, from the parameter `enough`; 0 there means ENOUGH."""
-    return setting if setting > 0.0 else ENOUGH
 
 
 def compile_loops(grid: Grid) -> None:

@@ -99,7 +99,10 @@ class Rig:
         self._parameters: dict[str, dict[str, Any]] = {
             'policy': {**on_grid, 'speed_m_s': 1.0}, 'guard': on_grid, 'recorder': on_grid, 'logger': {},
             'mavlink_bridge': {**on_grid, 'url': f'udpin:127.0.0.1:{port}'},
-            'advise': {**on_grid, 'demonstrations_file': str(demonstrations), 'session_file': str(folder / 'session.json')},
+            'advise': {
+                **on_grid, 'acquisition': 'occupancy', 'demonstrations_file': str(demonstrations),
+                'session_file': str(folder / 'session.json'),
+            },
         }
         self._parameters = {
             name: {**values, **settings.parameters.get(name, {})} for name, values in self._parameters.items()

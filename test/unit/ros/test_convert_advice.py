@@ -15,9 +15,10 @@ from advise_msgs.srv import AnswerQuery
 from advise_ros.commands.question_text import log_text, question_text
 from advise_ros.core.advice.advice import AdviceRecord, Answer, Code, Outcome, Query, Verdict
 from advise_ros.core.grid.grid import Grid
-from advise_ros.core.learning.learner import Learned, LearnSettings, learn
+from advise_ros.core.learning.learner import Learned, learn
 from advise_ros.ros import calls, convert_advice, maps
 from advise_ros.ros.markers import question_markers
+from support.learning import BY_CLUSTERS
 from support.walks import GRID_4X4, walk
 
 BLOCKED_GRID = Grid(2.0, 4, 4, (-1.0, -1.0), 3.0, waypoints=(3, 15, 12, 0), blocked=(5, 6))
@@ -29,7 +30,7 @@ RECORD = AdviceRecord(3, 7, (4, 5, 20), (1,), (0, 2), Verdict.ANSWER, 'anna', 'g
 
 @pytest.fixture(scope='module')
 def learned() -> Learned:
-    return learn(BLOCKED_GRID, LearnSettings(), (walk(BLOCKED_GRID, 0),), ())
+    return learn(BLOCKED_GRID, BY_CLUSTERS, (walk(BLOCKED_GRID, 0),), ())
 
 
 def test_a_query_comes_back_from_its_message_to_float32() -> None:

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from advise_ros.core.advice.advice import Verdict
 from advise_ros.core.advice.state import advice_state, agreed, doubtful
 from advise_ros.core.learning.learner import LearnSettings, learn
-from support.learning import CORRIDOR, EAST, NORTH, WEST, answer, demonstration, learn_now, ready, record
+from support.learning import BY_CLUSTERS, CORRIDOR, EAST, NORTH, WEST, answer, demonstration, learn_now, ready, record
 
 TAKEN = np.array([[2, 34, 2, 2]] * 2 + [[9, 1, 1, 1], [0, 0, 0, 0]])
 RIGHT, WRONG = record(1, (0, 1), (EAST,), (WEST,)), record(2, (0, 1), (WEST,), (EAST,))
@@ -43,7 +45,7 @@ def test_what_is_said_twice_holds_and_of_two_answers_the_one_that_was_flown() ->
 
 def test_the_learner_asks_again_with_its_reason_and_the_second_answer_corrects_the_first() -> None:
     flown = tuple(demonstration(CORRIDOR, [(0, EAST), (1, EAST), (2, EAST)], f'flight {i}') for i in range(12))
-    settings = LearnSettings(clusters=1)
+    settings = LearnSettings(acquisition='occupancy', clusters=1)
     first = learn(CORRIDOR, settings, flown, ()).query
     assert first is not None
     slip = record(1, first.states, (WEST,), (EAST,))
@@ -59,7 +61,7 @@ def test_the_learner_asks_again_with_its_reason_and_the_second_answer_corrects_t
     assert np.array_equal(corrected.reward, learn(CORRIDOR, settings, flown, (right,)).reward)
 
 
-@pytest.mark.parametrize('settings', [LearnSettings(confirm=False), LearnSettings(slack_cost=0.0)])
+@pytest.mark.parametrize('settings', [replace(BY_CLUSTERS, confirm=False), replace(BY_CLUSTERS, slack_cost=0.0)])
 def test_who_wants_it_otherwise_or_strict_is_not_asked_again(settings: LearnSettings) -> None:
     flown = tuple(demonstration(CORRIDOR, [(0, EAST), (1, EAST), (2, EAST)], f'flight {i}') for i in range(12))
     slip = record(1, (0, 1, 2), (WEST,), (EAST,))
@@ -67,21 +69,21 @@ def test_who_wants_it_otherwise_or_strict_is_not_asked_again(settings: LearnSett
     assert query is None or 'once more' not in query.question
 
 
-def test_enough_advice_ends_the_questions_and_is_told() -> None:
-    session = ready(settings=LearnSettings(enough=100.0))
-    learned = session.learned
-    assert learned is not None
-    assert learned.query is None
-    assert learned.enough_advice
-    assert learned.doubt_left > 0.0
-    asking = ready(settings=LearnSettings(enough=0.0))
-    assert asking.learned is not None
-    assert not asking.learned.enough_advice
+def test_enough_advice_ends_the_questions_and_is_said() -> None:
+    learned = ready(settings=LearnSettings(enough=100.0)).learned
+    assert learned is not None and learned.query is None and learned.enough_advice
+    assert 0.0 < learned.doubt_left < 100.0
+    asking = ready(settings=LearnSettings(enough=0.5 * learned.doubt_left)).learned
+    assert asking is not None and asking.query is not None and not asking.enough_advice
+    assert asking.doubt_left == learned.doubt_left
+
+
+def test_questions_about_clusters_end_with_the_clusters() -> None:
+    asking = ready(settings=replace(BY_CLUSTERS, enough=100.0))
     while asking.query is not None:
         asking.tell(answer(asking, avoided=(WEST,)))
         left = learn_now(asking)
-    assert left.doubt_left == 0.0
-    assert not left.enough_advice
+    assert left.doubt_left == 0.0 and not left.enough_advice
     assert len(asking.advice.answers) >= 6
 
 

@@ -13,6 +13,7 @@ from advise_ros.core.errors import InputError
 from advise_ros.core.learning.learner import LearnSettings
 from advise_ros.core.learning.session import Session, Work
 from support.learning import (
+    BY_CLUSTERS,
     CORRIDOR,
     EAST,
     NORTH,
@@ -30,14 +31,14 @@ from support.learning import (
 
 
 def test_nothing_to_learn_before_the_first_demonstration() -> None:
-    session = Session(ROUND_TRIP, LearnSettings())
+    session = Session(ROUND_TRIP, BY_CLUSTERS)
     assert session.snapshot() is None
     assert session.query is None
     assert session.tell(Answer(1, Verdict.SKIP)).code == Code.UNKNOWN_QUERY
 
 
 def test_a_demonstration_on_another_grid_is_refused_in_words() -> None:
-    session = Session(ROUND_TRIP, LearnSettings())
+    session = Session(ROUND_TRIP, BY_CLUSTERS)
     with pytest.raises(InputError, match=r"'test' lies on another grid \(4 x 1 cells, 1 waypoints\)"):
         session.add(demonstration(CORRIDOR, [(0, EAST)]))
     assert session.demonstrations == ()
@@ -45,7 +46,7 @@ def test_a_demonstration_on_another_grid_is_refused_in_words() -> None:
 
 def test_a_demonstration_taken_back_leaves_no_trace_but_in_the_count() -> None:
     first, second, third = flights(0, number=3)
-    session, never = Session(ROUND_TRIP, LearnSettings()), Session(ROUND_TRIP, LearnSettings())
+    session, never = Session(ROUND_TRIP, BY_CLUSTERS), Session(ROUND_TRIP, BY_CLUSTERS)
     for found in (first, second):
         session.add(found)
         learn_now(session)
@@ -61,7 +62,7 @@ def test_a_demonstration_taken_back_leaves_no_trace_but_in_the_count() -> None:
 
 def test_when_nothing_stands_there_is_nothing_to_learn_until_the_next_flight() -> None:
     first, second = flights(0, number=2)
-    session = Session(ROUND_TRIP, LearnSettings())
+    session = Session(ROUND_TRIP, BY_CLUSTERS)
     session.add(first)
     learned = learn_now(session)
     session.add(taken_back(first))
@@ -171,7 +172,7 @@ def test_a_mixed_cluster_is_asked_about_in_halves() -> None:
     session.tell(answer(session, (), (), Verdict.MIXED))
     learned = learn_now(session)
     assert len(set(learned.clusters[list(passed.states)].tolist())) == 2
-    assert learned.clusters.max() == LearnSettings().clusters, 'one more than before, counted from 0'
+    assert learned.clusters.max() == BY_CLUSTERS.clusters, 'one more than before, counted from 0'
 
 
 def test_undo_takes_the_last_answer_that_holds_and_retract_any() -> None:
@@ -245,7 +246,7 @@ def _asked_again(settings: LearnSettings) -> tuple[Session, Answer]:
 
 
 def test_elastic_advice_notes_a_contradiction_and_goes_on() -> None:
-    session, opposed = _asked_again(LearnSettings(clusters=4))
+    session, opposed = _asked_again(LearnSettings(acquisition='occupancy', clusters=4))
     outcome = session.tell(opposed)
     assert (outcome.accepted, outcome.code, outcome.contradicts) == (True, Code.OK, (1,))
     assert 'contradicts earlier answers: 1' in outcome.message
@@ -254,7 +255,7 @@ def test_elastic_advice_notes_a_contradiction_and_goes_on() -> None:
 
 
 def test_strict_advice_refuses_a_contradiction() -> None:
-    session, opposed = _asked_again(LearnSettings(clusters=4, slack_cost=0.0))
+    session, opposed = _asked_again(LearnSettings(acquisition='occupancy', clusters=4, slack_cost=0.0))
     outcome = session.tell(opposed)
     assert (outcome.accepted, outcome.code, outcome.contradicts) == (False, Code.CONTRADICTION, (1,))
 
@@ -264,7 +265,7 @@ def test_a_restored_session_goes_on_where_it_stopped() -> None:
     for _ in range(2):
         session.tell(answer(session))
         newest = learn_now(session)
-    restored = Session(ROUND_TRIP, LearnSettings())
+    restored = Session(ROUND_TRIP, BY_CLUSTERS)
     for flight in flights(0):
         restored.add(flight)
     restored.restore(session.log)

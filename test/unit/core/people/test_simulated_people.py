@@ -121,7 +121,7 @@ def test_every_answer_of_the_expert_is_accepted() -> None:
 
 
 def test_a_trial_repeats_itself() -> None:
-    settings = TrialSettings(LearnSettings(clusters=6, cluster_features=1.0), answers=3)
+    settings = TrialSettings(LearnSettings(acquisition='occupancy', clusters=6, cluster_features=1.0), answers=3)
     first = run_trial(ROUND_TRIP, settings, 5)
     assert first == run_trial(ROUND_TRIP, settings, 5)
     assert (first.answers, len(first.curve), first.seed) == (3, 4, 5)
@@ -134,7 +134,7 @@ def test_clean_demonstrations_need_no_advice() -> None:
 
 
 def test_skipped_questions_end_the_trial_when_none_is_left() -> None:
-    settings = TrialSettings(LearnSettings(clusters=3, cluster_features=1.0), answers=10, skip_rate=1.0)
+    settings = TrialSettings(LearnSettings(acquisition='occupancy', clusters=3, cluster_features=1.0), answers=10, skip_rate=1.0)
     assert run_trial(ROUND_TRIP, settings, 0).answers == 3
 
 

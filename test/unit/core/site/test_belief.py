@@ -10,13 +10,14 @@ import pytest
 from advise_ros.core.advice.advice import Query
 from advise_ros.core.demonstrations.action_counts import count
 from advise_ros.core.grid.grid import Grid
+from advise_ros.core.irl.settings import LearnSettings
 from advise_ros.core.site.belief import CELL_PRICE, SamplerSettings, SiteAnswer, SiteBelief, believe, problem_of, tell
 from advise_ros.core.site.chain import new_chain
 from advise_ros.core.site.keep import as_prior, for_route
 from advise_ros.core.site.layout import layout_of
 from advise_ros.core.site.pilots import PILOTS, moves_of
 from advise_ros.core.site.plan import plan
-from advise_ros.core.site.questions import ENOUGH, next_question
+from advise_ros.core.site.questions import next_question
 from advise_ros.core.site.tempering import TEMPERATURES, draw
 from advise_ros.experiments.sites import expert_of, flights_of, judge, other_route, pilot_of, random_site, site_with
 
@@ -81,7 +82,7 @@ def test_without_a_flight_the_plan_is_the_planner_and_answers_alone_teach() -> N
     expert = expert_of(site, 0.0, rng)
     for _ in range(6):
         question = next_question(layout, belief, rng)
-        if question is None or question.worth < ENOUGH:
+        if question is None or question.worth < LearnSettings.enough:
             break
         answer = expert.answer(Query(1, 1, question.states, 0.0, 0.0, 0.0, (), (), (), -1, ''))
         belief = tell(layout, belief, SiteAnswer(question.states, answer.preferred, answer.avoided), rng)
