@@ -92,6 +92,7 @@ def defaults(config_class: type[Any]) -> dict[str, Scalar]:
 
 
 GRID_DOC = 'YAML file with the grid and its waypoints'
+WISH_DOC = 'YAML file with cells that this person keeps out of and no map shows, keep_out: [[x, y], ...]; empty: none'
 SIGNING_DOC = 'key of MAVLink 2 signing, readable by its owner only; frames without its signature are refused; empty: none'
 AUTOSTART_DOC = 'become active at once; false: wait, unconfigured, for ros2 lifecycle set'
 
@@ -263,6 +264,7 @@ class SimulatorConfig:
 class PilotConfig(PilotSettings, SeekConfig):
     """/pilot: a simulated demonstrator who flies through cmd_vel."""
 
+    wish_file: str = parameter('', WISH_DOC)
     flights: int = parameter(1, 'demonstrations to fly', low=0, high=10_000)
     handle_vehicle: bool = parameter(True, 'arm, take off and land by the bridge services')
     heard_by: str = parameter(
@@ -295,6 +297,7 @@ class TeleopConfig:
 class ExpertConfig(ExpertSettings, OnGrid):
     """/expert: a simulated person who knows the route and answers queries."""
 
+    wish_file: str = parameter('', WISH_DOC + '; takes grid_file')
     thinking_time_s: float = parameter(0.0, 'pause before an answer', low=0.0, high=3600.0)
     seed: int = same_as(LearnSettings, 'seed')
 

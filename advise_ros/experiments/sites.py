@@ -1,13 +1,12 @@
-"""Sites with wishes that are not on the map, simulated people who know them, and what a policy is worth to them.
+"""Sites with wishes that are not on the map, and simulated people who know them.
 
 The pilots fly as the product's `SimulatedPilot` does, with ways round what is hidden as the right ones; the expert is the
-product's, who knows the same ways. What counts: all waypoints in order, within twice the steps of the best way, and no cell
-entered that the person wants kept out of.
+product's, who knows the same ways.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -16,20 +15,18 @@ from advise_ros.core.demonstrations.demonstration import Demonstration
 from advise_ros.core.errors import InputError
 from advise_ros.core.grid.grid import N_ACTIONS, Grid
 from advise_ros.core.numerics import Bools, Floats, Ints
+from advise_ros.core.people.known_site import Site, judge, site_with
 from advise_ros.core.people.simulated_expert import SimulatedExpert
 from advise_ros.core.people.simulated_pilot import SimulatedPilot, demonstrate
 from advise_ros.core.planning.process import occurring
 from advise_ros.core.site.layout import Bytes, layout_of
-from advise_ros.core.site.pilots import AVOID_AT_ALL_COST, IN_SET
-from advise_ros.core.site.search import FAR, all_distances, optimal_sets
+from advise_ros.core.site.search import FAR, all_distances
 
 # Hidden cells are this share of all, in so many areas on small and on large sites.
 SHARE, AREAS, AREAS_LARGE, LARGE = (0.05, 0.15), (1, 3), (2, 5), 200
 LEAST_SHARE, MOST_SHARE = 0.04, 0.17
 # Waypoints lie at least this share of the width from the next, and this many cells.
 APART_SHARE, APART_CELLS = 0.25, 3
-# A route may take so many times the steps of the best one.
-LONGEST = 2
 # What the softly rational pilot goes round a hidden cell for, in steps.
 SOFT_PRICE = 6
 
@@ -52,23 +49,6 @@ SIZES = {
 }
 
 
-@dataclass(frozen=True, eq=False)
-class Site:
-    """A route, and what the person knows beside it.
-
-    Attributes:
-        grid: what the map says.
-        keep_out: (cells,) 1 for cells that the person wants kept out of.
-        right: (states, 4) the actions of the ways that he would fly.
-        steps: of the best whole route.
-    """
-
-    grid: Grid
-    keep_out: Bytes
-    right: Bools
-    steps: int
-
-
 def random_site(size: str, rng: np.random.Generator, *, hidden: bool = True) -> Site:
     """A site of one of SIZES; with `hidden`, areas to keep out of lie on its direct ways.
 
@@ -79,13 +59,6 @@ def random_site(size: str, rng: np.random.Generator, *, hidden: bool = True) -> 
         raise InputError(f"site '{size}' is unknown; known: {', '.join(SIZES)}")
     grid = _random_grid(SIZES[size], rng)
     return site_with(grid, _hidden_areas(grid, rng) if hidden else np.zeros(grid.n_cells, dtype=np.uint8))
-
-
-def site_with(grid: Grid, keep_out: Bytes) -> Site:
-    """A site whose person wants some cells (cells,) kept out of, if there is any way round."""
-    right = IN_SET[optimal_sets(layout_of(grid).moves, keep_out[None], layout_of(grid).waypoints, 1 + AVOID_AT_ALL_COST)[0]]
-    right = right & occurring(grid)[:, None]
-    return Site(grid, keep_out, right, len(_walk(grid, right.argmax(axis=1), grid.n_states)) - 1)
 
 
 def other_route(site: Site, rng: np.random.Generator, tries: int = 3000) -> Site | None:
@@ -138,32 +111,6 @@ def flights_of(site: Site, pilot: SimulatedPilot, number: int) -> tuple[Demonstr
 def expert_of(site: Site, errors: float, rng: np.random.Generator) -> SimulatedExpert:
     """A person who knows the site and answers wrongly in a share of the questions."""
     return SimulatedExpert(site.grid, rng, error_rate=errors, right=site.right)
-
-
-class Judgement(NamedTuple):
-    """What a policy is worth: whether it arrives in time, whether it kept out, and its length against the best."""
-
-    arrives: bool
-    keeps_out: bool
-    length: float
-
-    @property
-    def success(self) -> bool:
-        return self.arrives and self.keeps_out
-
-
-def judge(site: Site, greedy: Ints) -> Judgement:
-    """Fly greedy actions (states,) from the start."""
-    states = _walk(site.grid, greedy, LONGEST * site.steps)
-    entered = site.keep_out[[site.grid.cell_of(state) for state in states[1:]]].any()
-    return Judgement(states[-1] == site.grid.goal_state, not entered, (len(states) - 1) / site.steps)
-
-
-def _walk(grid: Grid, greedy: Ints, most: int) -> list[int]:
-    states = [grid.start_state()]
-    while not grid.is_terminal(states[-1]) and len(states) <= most:
-        states.append(grid.successor(states[-1], int(greedy[states[-1]])))
-    return states
 
 
 class _SoftPilot(SimulatedPilot):

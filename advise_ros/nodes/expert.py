@@ -15,8 +15,10 @@ from advise_ros.config import ExpertConfig
 from advise_ros.core.advice.advice import Answer, Query
 from advise_ros.core.errors import InputError
 from advise_ros.core.grid.grid import Grid
+from advise_ros.core.people.known_site import site_of
 from advise_ros.core.people.simulated_expert import SimulatedExpert
 from advise_ros.recording.gridfile import load_grid
+from advise_ros.recording.wishfile import load_wish
 from advise_ros.ros import calls, convert, convert_advice, diagnostics, parameters, qos, run
 
 # How long to wait for the service to appear or to reply before trying again (steady time).
@@ -30,7 +32,8 @@ class ExpertNode(Node):
     It prefers the actions that are right in most of a question's cells and avoids those that are right in
     none; a share `error_rate` of its answers is wrong, a share `skip_rate` of the questions is skipped, and
     it thinks for `thinking_time_s` first. What it says to a query depends on the seed and the query alone.
-    The true route is that of `grid_file`, or of the query when none is given. It stays until it is stopped.
+    The true route is that of `grid_file`, or of the query when none is given; it goes round the cells of
+    `wish_file`. It stays until it is stopped.
 
     Example: ros2 run advise_ros expert --ros-args -p error_rate:=0.1 -p thinking_time_s:=2.0
     Next: `policy` flies what was learnt; `answer` shows what was said.
@@ -40,7 +43,9 @@ class ExpertNode(Node):
         super().__init__('expert')
         self.config = parameters.load(self, ExpertConfig)
         self._diagnostics = diagnostics.Diagnostics(self)
-        self._grid = load_grid(self.config.grid_file) if self.config.grid_file else None
+        named = self.config.grid_file or self.config.wish_file  # A wish is about the cells of a grid file.
+        self._grid = load_grid(self.config.grid_file) if named else None
+        self._wish = load_wish(self.config.wish_file, self._grid) if self._grid is not None else ()
         self._answer: Answer | None = None
         self._sent: Future | None = None
         self._client = self.create_client(AnswerQuery, 'advise/answer')
@@ -77,7 +82,8 @@ class ExpertNode(Node):
         rng = np.random.default_rng([self.config.seed, query.query_id])
         config = self.config
         expert = SimulatedExpert(
-            asked, rng, config.avoid, config.error_rate, config.skip_rate, config.expert_id, config.prefer
+            asked, rng, config.avoid, config.error_rate, config.skip_rate, config.expert_id, config.prefer,
+            site_of(asked, self._wish).right,
         )
         return expert.answer(query)
 

@@ -22,10 +22,11 @@ from advise_ros.core.flight.leg_follower import Pose
 from advise_ros.core.flight.mission import Ask, Mission, MissionStage
 from advise_ros.core.flight.pilot_flight import PilotFlight
 from advise_ros.core.flight.vehicle_state import VehicleState
-from advise_ros.core.grid.grid import Grid
+from advise_ros.core.people.known_site import Site, site_of
 from advise_ros.core.people.simulated_pilot import SimulatedPilot
 from advise_ros.core.units import ZERO
 from advise_ros.recording.gridfile import load_grid
+from advise_ros.recording.wishfile import load_wish
 from advise_ros.ros import parameters, qos, run
 from advise_ros.ros.clock_watch import ClockWatch
 from advise_ros.ros.convert import vehicle_from_msg
@@ -50,9 +51,9 @@ class PilotNode(Node):
     For each of `flights`: waits until the vehicle is ready, takes off by mavlink_bridge/takeoff, flies from cell
     to cell as section 4 of the ADVISE paper has its pilots do (in some states the same mistake again
     and again, elsewhere random wrong moves), flies home over free cells after the final waypoint and lands by
-    mavlink_bridge/land. After max_moves it gives up: it ends the recording by recorder/stop, where there is one,
-    and flies home. With handle_vehicle false somebody else takes off and lands. It never commands
-    while vehicle_status.commandable is false.
+    mavlink_bridge/land. Its right ways go round the cells of wish_file; its mistakes may lead into them. After
+    max_moves it gives up: it ends the recording by recorder/stop, where there is one, and flies home. With
+    handle_vehicle false somebody else takes off and lands. It never commands while vehicle_status.commandable is false.
 
     Takes `pose` (PoseStamped, frame map) and `vehicle_status`; publishes one `cmd_vel` (TwistStamped, frame map)
     for each pose, with that pose's stamp, and `pilot/status` (std_msgs/String), one sentence at every change.
@@ -67,6 +68,7 @@ class PilotNode(Node):
         super().__init__('pilot')
         self.config = parameters.load(self, PilotConfig)
         self._grid = load_grid(self.config.grid_file)
+        self._site = site_of(self._grid, load_wish(self.config.wish_file, self._grid))
         self._settings = self.config.seek_settings()
         self._mission = Mission(self.config.flights, self.config.handle_vehicle, self.config.vehicle_timeout_s)
         self._home: int | None = None
@@ -135,7 +137,7 @@ class PilotNode(Node):
     def _enter(self, stage: MissionStage) -> None:
         if stage == MissionStage.FLYING:
             self._pose_at_s = time.monotonic()
-            choose = flight_choices(self._grid, self.config, self._mission.flight)
+            choose = flight_choices(self._site, self.config, self._mission.flight)
             self._flight = PilotFlight(self._grid, choose.action, self._settings, self.config.max_moves, self._home)
             self._gave_up_at_s, self._stop_reply = None, None
             self._watchdog.reset()
@@ -251,10 +253,10 @@ class PilotNode(Node):
             self._statuses.publish(String(data=sentence))
 
 
-def flight_choices(grid: Grid, config: PilotConfig, flight: int) -> SimulatedPilot:
+def flight_choices(site: Site, config: PilotConfig, flight: int) -> SimulatedPilot:
     """Who chooses the moves of a flight: the mistakes are those of the seed, the noise that of seed and flight."""
     rng = np.random.default_rng(config.seed)
-    demonstrator = SimulatedPilot(grid, config.noise_rate, config.mistake_share, rng)
+    demonstrator = SimulatedPilot(site.grid, config.noise_rate, config.mistake_share, rng, right=site.right)
     rng.bit_generator.state = np.random.default_rng((config.seed, flight)).bit_generator.state
     return demonstrator
 

@@ -14,6 +14,8 @@ from advise_ros.core.grid.grid import Grid
 
 REQUIRED = ('resolution', 'width', 'height', 'origin', 'altitude', 'waypoints')
 OPTIONAL = ('blocked',)
+# Keys that hold cells, and what one of these is called.
+CELLS = {'waypoints': 'waypoint', 'blocked': 'blocked cell', 'keep_out': 'cell to keep out of'}
 EXAMPLE = 'see config/grid_6x6.yaml for one that works'
 
 
@@ -29,7 +31,7 @@ def load_grid(path: str | Path) -> Grid:
     if not str(path):
         raise InputError(f"no grid file is given; set parameter 'grid_file' (or --grid) to a YAML file, {EXAMPLE}")
     try:
-        return grid_from_mapping(_grid_mapping(_read_yaml(Path(path))))
+        return grid_from_mapping(_grid_mapping(read_yaml(Path(path), f'a grid, {EXAMPLE}')))
     except InputError as problem:
         raise InputError(f'grid file {path}: {problem}') from problem
 
@@ -48,8 +50,8 @@ def grid_from_mapping(values: Mapping[str, Any]) -> Grid:
         height=height,
         origin_enu_m=_origin(values['origin']),
         altitude_m=_number('altitude', values['altitude']),
-        waypoints=_cells('waypoints', values['waypoints'], width, height),
-        blocked=_cells('blocked', values.get('blocked') or [], width, height),
+        waypoints=cells_of('waypoints', values['waypoints'], width, height),
+        blocked=cells_of('blocked', values.get('blocked') or [], width, height),
     )
 
 
@@ -66,17 +68,22 @@ def grid_to_mapping(grid: Grid) -> dict[str, Any]:
     }
 
 
-def _read_yaml(path: Path) -> Any:
+def read_yaml(path: Path, wanted: str) -> Any:
+    """The document of a YAML file that is to hold what is wanted.
+
+    Raises:
+        InputError: it cannot be read or is no YAML; without the file's name.
+    """
     try:
         return yaml.safe_load(path.read_text(encoding='utf-8'))
     except FileNotFoundError:
-        raise InputError(f'there is no such file; name a YAML file with a grid, {EXAMPLE}') from None
+        raise InputError(f'there is no such file; name a YAML file with {wanted}') from None
     except OSError as problem:
-        raise InputError(f'it cannot be read ({problem.strerror}); name a YAML file with a grid, {EXAMPLE}') from None
+        raise InputError(f'it cannot be read ({problem.strerror}); name a YAML file with {wanted}') from None
     except (yaml.YAMLError, UnicodeDecodeError) as problem:
         mark = getattr(problem, 'problem_mark', None)
         where = f' (line {mark.line + 1})' if mark else ''
-        raise InputError(f'it is not a YAML file{where}; {EXAMPLE}') from None
+        raise InputError(f'it is not a YAML file{where}; name one with {wanted}') from None
 
 
 def _grid_mapping(document: Any) -> Mapping[str, Any]:
@@ -118,7 +125,12 @@ def _origin(value: Any) -> tuple[float, float]:
     return _number('origin', value[0]), _number('origin', value[1])
 
 
-def _cells(name: str, value: Any, width: int, height: int) -> tuple[int, ...]:
+def cells_of(name: str, value: Any, width: int, height: int) -> tuple[int, ...]:
+    """Indices of the cells [x, y] that stand below a key of CELLS.
+
+    Raises:
+        InputError: it is no list of cells on a grid of this width and height.
+    """
     if not isinstance(value, list):
         raise InputError(f"key '{name}' is {value!r}; it must be a list of cells [x, y]")
     return tuple(_cell(name, cell, width, height) for cell in value)
@@ -130,8 +142,8 @@ def _cell(name: str, value: Any, width: int, height: int) -> int:
         raise InputError(f"key '{name}' holds {value!r}; a cell is two whole numbers [x, y]")
     x, y = value
     if not (0 <= x < width and 0 <= y < height):
-        what = 'waypoint' if name == 'waypoints' else 'blocked cell'
         raise InputError(
-            f'{what} [{x}, {y}] lies outside the {width} x {height} grid; x goes from 0 to {width - 1}, y from 0 to {height - 1}'
+            f'{CELLS[name]} [{x}, {y}] lies outside the {width} x {height} grid; '
+            f'x goes from 0 to {width - 1}, y from 0 to {height - 1}'
         )
     return int(y * width + x)

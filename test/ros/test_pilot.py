@@ -8,6 +8,7 @@ from advise_msgs.msg import Demonstration
 from advise_ros.config import PilotConfig
 from advise_ros.core.grid.cell_tracker import CellTracker
 from advise_ros.core.grid.grid import Grid
+from advise_ros.core.people.known_site import site_of
 from advise_ros.nodes.pilot import flight_choices
 from advise_ros.ros import qos
 from advise_ros.ros.convert import stamp_to_ns
@@ -18,7 +19,7 @@ from support.policies import square
 
 def moves(grid: Grid, config: PilotConfig, flight: int) -> list[tuple[int, int]]:
     """States and moves as they would come on the grid model."""
-    choices, state, chosen = flight_choices(grid, config, flight), grid.start_state(), []
+    choices, state, chosen = flight_choices(site_of(grid, ()), config, flight), grid.start_state(), []
     while state != grid.goal_state:
         chosen.append((state, choices.action(state)))
         state = grid.successor(*chosen[-1])
@@ -98,5 +99,6 @@ def test_a_flight_depends_on_the_seed_and_its_number_and_keeps_the_mistakes() ->
     grid, config = square(), PilotConfig(seed=5)
     assert moves(grid, config, 1) == moves(grid, config, 1)
     assert moves(grid, config, 1) != moves(grid, config, 2)
-    assert flight_choices(grid, config, 1).mistakes == flight_choices(grid, config, 2).mistakes
-    assert flight_choices(grid, config, 1).mistakes != flight_choices(grid, PilotConfig(seed=6), 1).mistakes
+    site = site_of(grid, ())
+    assert flight_choices(site, config, 1).mistakes == flight_choices(site, config, 2).mistakes
+    assert flight_choices(site, config, 1).mistakes != flight_choices(site, PilotConfig(seed=6), 1).mistakes
