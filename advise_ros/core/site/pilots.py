@@ -116,15 +116,17 @@ class Mistaken:
         return 1 + AVOID_AT_ALL_COST
 
     def compiled(self, layout: Layout, moves: Moves) -> CompiledMoves:
-        """The table of likelihoods."""
+        """The table of likelihoods; one row for all states in which the same moves were flown."""
         table = np.zeros((len(moves.states) + 1, SETS * SETS))
-        best, entering = (axis.ravel() for axis in np.meshgrid(np.arange(1, SETS), np.arange(SETS), indexing='ij'))
         for code in np.unique(_code(moves.flyable)):
             rows = np.flatnonzero(_code(moves.flyable) == code)
+            counts, which = np.unique(moves.counts[rows], axis=0, return_inverse=True)
+            best, entering = _distinct_situations(int(code))
             logs, weights = self._components(IN_SET[np.full(len(best), code)], IN_SET[best], IN_SET[entering])
-            terms = moves.counts[rows] @ logs.reshape(-1, N_ACTIONS).T + weights.ravel()
-            table[rows[:, None] + 1, SETS * best + entering] = logsumexp(terms.reshape(len(rows), *weights.shape), axis=2)
-        return _compiled(layout, moves, entry_price=self.entry_price, table=rounded(table))
+            terms = counts @ logs.reshape(-1, N_ACTIONS).T + weights.ravel()
+            likelihoods = rounded(logsumexp(terms.reshape(len(counts), *weights.shape), axis=2))
+            table[1 + rows] = _spread_over_codes(likelihoods, best, entering)[which.ravel()]
+        return _compiled(layout, moves, entry_price=self.entry_price, table=table)
 
     def fitted(self, layout: Layout, moves: Moves, keep_out: Bytes) -> Mistaken:
         """The slips and the share of mistakes that make the moves likeliest if this map is the true one; the first of equals."""
@@ -224,6 +226,29 @@ def _compiled(layout: Layout, moves: Moves, **given: object) -> CompiledMoves:
 def _code(actions: Bools) -> Ints:
     """(m,) actions (m, 4) as sums of 1 << action."""
     return actions @ (1 << np.arange(N_ACTIONS))
+
+
+def _distinct_situations(flyable: int) -> tuple[Ints, Ints]:
+    """(m,) best actions and (m,) wrong ones that enter a marked cell, as sums of 1 << action, all that can be; 65 of four actions.
+
+    Which best action enters a marked cell does not matter, nor do moves that can't be made.
+    """
+    pairs = [
+        (best, entering) for best, entering in product(range(1, SETS), range(SETS))
+        if best & ~flyable == 0 and entering & ~(flyable & ~best) == 0
+    ]
+    best, entering = np.array(pairs).T
+    return best, entering
+
+
+def _spread_over_codes(likelihoods: Floats, best: Ints, entering: Ints) -> Floats:
+    """(k, 256) likelihoods (k, m) of distinct situations (m,), by 16 * best actions + all actions that enter a marked cell."""
+    flyable = int(np.bitwise_or.reduce(best))
+    known = {pair: at for at, pair in enumerate(zip(best.tolist(), entering.tolist(), strict=True))}
+    table = np.zeros((len(likelihoods), SETS * SETS))
+    for right, into in product(np.unique(best).tolist(), range(SETS)):
+        table[:, SETS * right + into] = likelihoods[:, known[right, into & flyable & ~right]]
+    return table
 
 
 def _costs(layout: Layout, states: Ints, keep_out: Bytes, entry_price: int) -> Ints:
