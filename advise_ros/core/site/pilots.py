@@ -229,7 +229,7 @@ def _code(actions: Bools) -> Ints:
 
 
 def _distinct_situations(flyable: int) -> tuple[Ints, Ints]:
-    """(m,) best actions and (m,) wrong ones that enter a marked cell, as sums of 1 << action, all that can be; 65 of four actions.
+    """All that can be, 65 of four actions: (m,) best ones and (m,) wrong ones that enter a marked cell, as sums of 1 << action.
 
     Which best action enters a marked cell does not matter, nor do moves that can't be made.
     """
