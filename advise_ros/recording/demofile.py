@@ -1,4 +1,8 @@
-"""The demonstrations file (`demos.json`): what `discretise` writes and the learner can start from."""
+"""The demonstrations file (`demos.json`): what `discretise` writes and the learner can start from.
+
+A JSON mapping of `grid`, the keys of a grid file, and `demonstrations`, a list. States and actions mean something else on
+another grid: a file of another one, and a mere list, as earlier versions wrote, are refused.
+"""
 
 from __future__ import annotations
 
@@ -11,21 +15,31 @@ from typing import Any
 
 from advise_ros.core.demonstrations.demonstration import Audit, Demonstration, EndReason
 from advise_ros.core.errors import InputError
+from advise_ros.core.grid.differences import what_differs
 from advise_ros.core.grid.grid import Grid
 from advise_ros.recording.dataset import is_dataset, load_dataset
+from advise_ros.recording.gridfile import grid_from_mapping, grid_to_mapping
+
+# Of more recordings the first ones are named in an error.
+RECORDINGS_NAMED = 4
 
 
 def save_demonstrations(path: str | Path, demonstrations: Sequence[Demonstration]) -> None:
-    """Write the list; the file appears whole or not at all.
+    """Write them with the grid that they lie on; the file appears whole or not at all.
+
+    Args:
+        path: the file.
+        demonstrations: at least one, all on one grid.
 
     Raises:
         InputError: the file cannot be written.
     """
+    grid = json.dumps(grid_to_mapping(demonstrations[0].grid))
+    lines = ',\n'.join(json.dumps(to_record(demonstration)) for demonstration in demonstrations)
     target = Path(path)
     draft = target.with_name(f'.{target.name}.{os.getpid()}')
-    lines = ',\n'.join(json.dumps(to_record(demonstration)) for demonstration in demonstrations)
     try:
-        draft.write_text(f'[\n{lines}\n]\n', encoding='utf-8')
+        draft.write_text(f'{{"grid": {grid}, "demonstrations": [\n{lines}\n]}}\n', encoding='utf-8')
         draft.replace(target)
     except OSError as problem:
         draft.unlink(missing_ok=True)
@@ -33,31 +47,63 @@ def save_demonstrations(path: str | Path, demonstrations: Sequence[Demonstration
 
 
 def load_demonstrations(path: str | Path, grid: Grid) -> tuple[Demonstration, ...]:
-    """Read the list, or a dataset; the grid is not in a list and must be the one it was made with.
+    """Read the file, or a dataset.
 
     Raises:
-        InputError: the file is missing, no JSON list, or an entry does not fit the grid or the format; or as load_dataset.
+        InputError: the file is missing, no demonstrations file, malformed or of another grid; or as load_dataset.
     """
     if is_dataset(path):
-        return _of_dataset(path, grid)
+        dataset = load_dataset(path)
+        _check_grid(f'dataset {path}', dataset.grid, grid, [one.source for one in dataset.demonstrations])
+        return dataset.demonstrations
+    records = _records(path, grid)
+    return tuple(_checked(path, index, record, grid) for index, record in enumerate(records))
+
+
+def _records(path: str | Path, grid: Grid) -> list[Any]:
+    """The entries of a file of this grid."""
+    values = _read(path)
+    if isinstance(values, list):
+        raise InputError(
+            f'demonstrations file {path}: it does not say which grid it was made on; {_again(_sources(values))}, '
+            f'or, if you know the grid, write {{"grid": {{...}}, "demonstrations": [...]}} around the list'
+        )
+    if not isinstance(values, dict) or not isinstance(values.get('demonstrations'), list) or 'grid' not in values:
+        raise InputError(f"demonstrations file {path}: it has no 'grid' and list 'demonstrations'; make one with discretise")
+    records = values['demonstrations']
     try:
-        records = json.loads(Path(path).read_text(encoding='utf-8'))
+        made_on = grid_from_mapping(values['grid'])
+    except (InputError, TypeError, AttributeError) as problem:
+        raise InputError(f'demonstrations file {path}: its grid is malformed ({problem}); {_again(_sources(records))}') from None
+    _check_grid(f'demonstrations file {path}', made_on, grid, _sources(records))
+    return records
+
+
+def _read(path: str | Path) -> Any:
+    try:
+        return json.loads(Path(path).read_text(encoding='utf-8'))
     except FileNotFoundError:
         raise InputError(f'demonstrations file {path}: there is no such file; make one with discretise') from None
     except OSError as problem:
         raise InputError(f'demonstrations file {path}: it cannot be read ({problem.strerror})') from None
     except ValueError:
         raise InputError(f'demonstrations file {path}: it is not JSON; make one with discretise') from None
-    if not isinstance(records, list):
-        raise InputError(f'demonstrations file {path}: it is not a list; make one with discretise')
-    return tuple(_checked(path, index, record, grid) for index, record in enumerate(records))
 
 
-def _of_dataset(path: str | Path, grid: Grid) -> tuple[Demonstration, ...]:
-    dataset = load_dataset(path)
-    if dataset.grid != grid:
-        raise InputError(f'dataset {path} was made on another grid; name the grid file that discretise was given')
-    return dataset.demonstrations
+def _check_grid(what: str, made_on: Grid, grid: Grid, sources: Sequence[str]) -> None:
+    if made_on != grid:
+        raise InputError(f'{what} was made on another grid ({what_differs(made_on, grid)}); {_again(sources)}')
+
+
+def _sources(records: Sequence[Any]) -> list[str]:
+    return [str(record['source']) for record in records if isinstance(record, dict) and 'source' in record]
+
+
+def _again(sources: Sequence[str]) -> str:
+    """How to make demonstrations on the grid in use, from the recordings where these are at hand."""
+    recordings = [source for source in dict.fromkeys(sources) if Path(source).exists()]
+    named = ' '.join(recordings[:RECORDINGS_NAMED]) + (' ...' if len(recordings) > RECORDINGS_NAMED else '')
+    return f'make it again on this grid: ./advise discretise {named or "RECORDING"} --grid GRID --out OUT'
 
 
 def to_record(demonstration: Demonstration) -> dict[str, Any]:
@@ -103,7 +149,7 @@ def _checked(path: str | Path, index: int, record: Any, grid: Grid) -> Demonstra
     try:
         return from_record(record, grid)
     except InputError as problem:
-        raise InputError(f'demonstrations file {path}: {problem}; was it made with another grid?') from None
+        raise InputError(f'demonstrations file {path}: {problem}; make it again with discretise') from None
     except (KeyError, TypeError, ValueError, AttributeError) as problem:
         reason = f'{problem} is missing or unknown' if isinstance(problem, KeyError) else str(problem)
         raise InputError(f'demonstrations file {path}: entry {index} is malformed ({reason}); make it with discretise') from None

@@ -7,6 +7,7 @@ from advise_msgs.msg import Policy
 from advise_ros.config import PolicyConfig
 from advise_ros.core.errors import InputError
 from advise_ros.core.flight.policy_flight import FlightPlan
+from advise_ros.core.grid.differences import what_differs
 from advise_ros.core.grid.grid import Grid
 from advise_ros.ros.convert import grid_from_msg
 
@@ -31,7 +32,9 @@ class PolicyCache:
         try:
             grid = grid_from_msg(message.grid)
             if self._grid is not None and grid != self._grid:
-                raise InputError('its grid is not that of grid_file; start all nodes with the same file')
+                raise InputError(
+                    f'its grid is not that of grid_file ({what_differs(grid, self._grid)}); start all nodes with the same file'
+                )
             self._plan = FlightPlan(grid, tuple(int(action) for action in message.greedy))
         except InputError as problem:
             self.problem = f'policy {message.version} is not flown: {problem}'

@@ -11,8 +11,14 @@ from advise_ros.core.demonstrations.demonstration import Demonstration, known, s
 from advise_ros.core.demonstrations.discretise import DiscretiseSettings
 from advise_ros.core.demonstrations.recorded_flights import demonstrations_of
 from advise_ros.core.errors import InputError
+from advise_ros.core.grid.grid import Grid
 from advise_ros.recording.demofile import load_demonstrations, save_demonstrations, to_record
+from advise_ros.recording.gridfile import grid_to_mapping
 from support.flown import GRID, flight, joined, round_trip
+
+
+def write(path: Path, records: list[dict[str, Any]]) -> None:
+    path.write_text(json.dumps({'grid': grid_to_mapping(GRID), 'demonstrations': records}))
 
 
 def two() -> tuple[Demonstration, ...]:
@@ -24,14 +30,15 @@ def test_what_is_written_is_read_back(tmp_path: Path) -> None:
     path = tmp_path / 'demos.json'
     save_demonstrations(path, two())
     assert load_demonstrations(path, GRID) == two()
-    first = json.loads(path.read_text())[0]
-    assert {'id', 'source', 'states', 'actions', 'stamps_ns', 'audit'} <= first.keys()
+    written = json.loads(path.read_text())
+    assert written['grid'] == grid_to_mapping(GRID)
+    assert {'id', 'source', 'states', 'actions', 'stamps_ns', 'audit'} <= written['demonstrations'][0].keys()
     assert list(tmp_path.iterdir()) == [path]
 
 
 def test_the_fields_of_the_format_are_enough(tmp_path: Path) -> None:
     path = tmp_path / 'demos.json'
-    path.write_text(json.dumps([{'id': 'a', 'source': 'hand', 'states': [0], 'actions': [1], 'stamps_ns': [7], 'audit': {}}]))
+    write(path, [{'id': 'a', 'source': 'hand', 'states': [0], 'actions': [1], 'stamps_ns': [7], 'audit': {}}])
     (found,) = load_demonstrations(path, GRID)
     assert found.states == (0,) and found.window_ns == (7, 7)
 
@@ -39,7 +46,7 @@ def test_the_fields_of_the_format_are_enough(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ('change', 'expected'),
     [
-        ({'states': [999]}, 'made with another grid'),
+        ({'states': [999]}, 'a state is outside'),
         ({'actions': [4]}, 'an action is outside'),
         ({'actions': []}, 'must be of one length'),
         ({'actions': ['N']}, 'not a list of whole numbers'),
@@ -53,7 +60,7 @@ def test_the_fields_of_the_format_are_enough(tmp_path: Path) -> None:
 def test_malformed_entries_are_named(tmp_path: Path, change: dict[str, Any], expected: str) -> None:
     path = tmp_path / 'demos.json'
     record = {**to_record(two()[0]), 'states': [0], 'actions': [1], 'stamps_ns': [7], **change}
-    path.write_text(json.dumps([record]))
+    write(path, [record])
     with pytest.raises(InputError) as caught:
         load_demonstrations(path, GRID)
     assert expected in str(caught.value) and str(path) in str(caught.value)
@@ -61,12 +68,44 @@ def test_malformed_entries_are_named(tmp_path: Path, change: dict[str, Any], exp
 
 @pytest.mark.parametrize(
     ('text', 'expected'),
-    [('{', 'not JSON'), ('{}', 'not a list'), ('[3]', 'entry 0 is malformed'), ('[{}]', "'stamps_ns' is missing")],
+    [
+        ('{', 'not JSON'),
+        ('{}', "it has no 'grid' and list 'demonstrations'"),
+        ('{"grid": 3, "demonstrations": []}', 'its grid is malformed'),
+        ('{"grid": GRID, "demonstrations": [3]}', 'entry 0 is malformed'),
+        ('{"grid": GRID, "demonstrations": [{}]}', "'stamps_ns' is missing"),
+    ],
 )
 def test_other_files_are_refused(tmp_path: Path, text: str, expected: str) -> None:
     path = tmp_path / 'demos.json'
-    path.write_text(text)
+    path.write_text(text.replace('GRID', json.dumps(grid_to_mapping(GRID))))
     with pytest.raises(InputError, match=expected):
+        load_demonstrations(path, GRID)
+
+
+def test_of_another_grid_it_is_said_what_differs_and_how_to_make_it_again(tmp_path: Path) -> None:
+    path, recording = tmp_path / 'demos.json', tmp_path / 'flight.tlog'
+    recording.touch()
+    save_demonstrations(path, [replace(one, source=str(recording)) for one in two()])
+    other = replace(GRID, resolution_m=1.5, waypoints=GRID.waypoints[:-1], blocked=(GRID.waypoints[-1],))
+    with pytest.raises(InputError) as caught:
+        load_demonstrations(path, other)
+    said = str(caught.value)
+    assert f'resolution {GRID.resolution_m} m there and 1.5 m here' in said
+    assert f'waypoints {places(GRID)} there and {places(other)} here' in said
+    assert f'blocked cells 0 there and 1 ({list(GRID.xy(GRID.waypoints[-1]))} only) here' in said
+    assert 'origin' not in said and 'altitude' not in said and 'size' not in said
+    assert f'./advise discretise {recording} --grid' in said
+
+
+def places(grid: Grid) -> list[list[int]]:
+    return [list(grid.xy(cell)) for cell in grid.waypoints]
+
+
+def test_a_list_of_an_earlier_version_is_not_learnt_from_in_silence(tmp_path: Path) -> None:
+    path = tmp_path / 'demos.json'
+    path.write_text(json.dumps([to_record(one) for one in two()]))
+    with pytest.raises(InputError, match='does not say which grid it was made on; make it again'):
         load_demonstrations(path, GRID)
 
 

@@ -39,7 +39,7 @@ def test_nothing_to_learn_before_the_first_demonstration() -> None:
 
 def test_a_demonstration_on_another_grid_is_refused_in_words() -> None:
     session = Session(ROUND_TRIP, BY_CLUSTERS)
-    with pytest.raises(InputError, match=r"'test' lies on another grid \(4 x 1 cells, 1 waypoints\)"):
+    with pytest.raises(InputError, match=r"'test' lies on another grid \(resolution 1.0 m there and 2.0 m here, size 4 x 1"):
         session.add(demonstration(CORRIDOR, [(0, EAST)]))
     assert session.demonstrations == ()
 
