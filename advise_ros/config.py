@@ -105,7 +105,19 @@ class OnGrid:
 
 
 @dataclass(frozen=True)
-class RecorderConfig(DiscretiseSettings, OnGrid):
+class OnObstacleMap(OnGrid):
+    """The parameters of every node that plans or judges ways: the same for all of them."""
+
+    obstacle_map_file: str = parameter(
+        '', 'map of nav2_map_server (YAML) whose obstacles are blocked cells, beside those of grid_file; empty: none',
+    )
+    obstacle_map_topic: str = parameter(
+        '', 'the same from a latched nav_msgs/OccupancyGrid, e.g. map: the first one that comes counts; empty: none',
+    )
+
+
+@dataclass(frozen=True)
+class RecorderConfig(DiscretiseSettings, OnObstacleMap):
     """/recorder: samples -> demonstrations."""
 
     source: str = parameter('topics', 'where samples come from', choices=('topics', 'mavlink', 'tlog'))
@@ -124,12 +136,20 @@ class RecorderConfig(DiscretiseSettings, OnGrid):
 
 
 @dataclass(frozen=True)
-class AdviseConfig(LearnSettings, OnGrid):
+class AdviseConfig(LearnSettings, OnObstacleMap):
     """/advise: demonstrations + advice -> policy and the next question."""
 
     session_file: str = parameter('', 'JSON lines file that keeps accepted answers over a restart; empty: none')
     demonstrations_min: int = parameter(1, 'demonstrations before the first policy', low=1, high=100_000)
     demonstrations_file: str = parameter('', 'demonstrations to start with (output of discretise); empty: none')
+    site_map_file: str = parameter(
+        '', 'what is known of the site: what site_map_out wrote, or any map of nav2_map_server (YAML) of cells to keep out of; '
+        'with it no demonstration is needed; takes acquisition site; empty: nothing',
+    )
+    site_map_out: str = parameter(
+        '', 'YAML file that keeps what was learnt of the site, with a .pgm and a .json beside it, written with each policy; '
+        'the same as site_map_file: goes on in it; empty: none',
+    )
     learn_when: str = parameter(
         'demonstration', 'learn after each demonstration, or only when idle for learn_idle_s', choices=('demonstration', 'idle'),
     )
@@ -138,7 +158,7 @@ class AdviseConfig(LearnSettings, OnGrid):
 
 
 @dataclass(frozen=True)
-class SeekConfig(SeekSettings, OnGrid):
+class SeekConfig(SeekSettings, OnObstacleMap):
     """Flying from cell centre to cell centre: shared by /policy and /pilot."""
 
     def seek_settings(self) -> SeekSettings:
@@ -294,7 +314,7 @@ class TeleopConfig:
 
 
 @dataclass(frozen=True)
-class ExpertConfig(ExpertSettings, OnGrid):
+class ExpertConfig(ExpertSettings, OnObstacleMap):
     """/expert: a simulated person who knows the route and answers queries."""
 
     wish_file: str = parameter('', WISH_DOC + '; takes grid_file')

@@ -34,7 +34,8 @@ CARRIERS = {
 LEARNERS = ('recorder', 'advise', 'policy')
 ACTORS = ('pilot', 'expert')
 MANAGED = ('policy', 'guard', 'mavlink_bridge')
-HAVE_A_GRID = ('mavlink_bridge', 'guard', *LEARNERS, *ACTORS, 'console')
+PLAN_WAYS = (*LEARNERS, *ACTORS)
+HAVE_A_GRID = ('mavlink_bridge', 'guard', *PLAN_WAYS, 'console')
 
 URLS = {'sim': 'udpin:127.0.0.1:14550', 'ardupilot': 'udpin:127.0.0.1:14550', 'px4': 'udpin:127.0.0.1:14540'}
 
@@ -53,6 +54,13 @@ ARGUMENTS = (
     DeclareLaunchArgument(
         'grid_file', default_value='', description='grid and waypoints; empty: of the parameter file, or grid_6x6.yaml',
     ),
+    DeclareLaunchArgument(
+        'obstacle_map_file', default_value='', description='map of nav2_map_server with obstacles; empty: none',
+    ),
+    DeclareLaunchArgument(
+        'site_map_file', default_value='', description='what is known of the site, from site_map_out or a map; empty: nothing',
+    ),
+    DeclareLaunchArgument('site_map_out', default_value='', description='keeps what is learnt of the site; empty: none'),
     DeclareLaunchArgument(
         'url', default_value='', description='MAVLink connection; empty: of the parameter file, or the usual one of the backend',
     ),
@@ -107,6 +115,10 @@ def texts(name: str, given: dict[str, str]) -> dict[str, str]:
     url = given['url'] or (URLS.get(given['backend'], '') if usual else '')
     grid_file = given['grid_file'] or (DEFAULT_GRID if usual else '')
     found = {'grid_file': grid_file} if name in HAVE_A_GRID else {}
+    if name in PLAN_WAYS:
+        found['obstacle_map_file'] = given['obstacle_map_file']
+    if name == 'advise':
+        found |= {key: given[key] for key in ('site_map_file', 'site_map_out')}
     if name == 'mavlink_bridge':
         found['url'] = url
     if name == 'simulator':

@@ -20,7 +20,7 @@ PARAMETER_SERVICES = tuple(f'~{name}' for name in (
     'set_parameters', 'set_parameters_atomically',
 ))
 LEARNT = ('advise/policy', 'advise/query', 'advise/status', 'advise/advice_log')
-PICTURES = ('advise/uncertainty', 'advise/reward', 'advise/site_map', 'advise/markers')
+PICTURES = ('advise/uncertainty', 'advise/reward', 'advise/site_map', 'advise/site_prior', 'advise/markers')
 FLOWN = ('pose', 'cmd_vel', 'vehicle_status')
 SESSION = (*FLOWN, 'odom', 'battery_state', 'demonstration', *LEARNT, *PICTURES, 'policy/status', 'diagnostics')
 ANSWERING = tuple(f'advise/{name}' for name in ('answer', 'preview', 'undo', 'retract'))

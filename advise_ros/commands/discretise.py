@@ -70,7 +70,7 @@ def run(argv: Sequence[str]) -> int:
     """The command; returns its exit code."""
     options = _parser().parse_args(argv)
     try:
-        grid, settings = load_grid(options.grid), _settings(options)
+        grid, settings = load_grid(options.grid, options.obstacle_map), _settings(options)
         check_hysteresis(grid, settings.hysteresis_m)
         outcome = _discretise_all(options, grid, settings)
         if options.out and outcome.demonstrations:
@@ -101,6 +101,9 @@ def _parser() -> argparse.ArgumentParser:
         'paths', nargs='+', metavar='PATH', help='a .tlog, a bag directory, an .mcap file, or a directory of any of them',
     )
     parser.add_argument('--grid', required=True, metavar='FILE', help='YAML file with the grid and its waypoints')
+    parser.add_argument(
+        '--obstacle-map', default='', metavar='FILE', help='map of nav2_map_server (YAML) whose obstacles are blocked cells, too',
+    )
     parser.add_argument(
         '--out', metavar='OUT', help='write the demonstrations to this .json file, or as a dataset into this directory',
     )

@@ -18,9 +18,10 @@ from advise_ros.core.demonstrations.demonstration import known, standing
 from advise_ros.core.errors import AdviseError
 from advise_ros.core.learning.learner import Learned
 from advise_ros.core.learning.session import Session
+from advise_ros.nodes.route_grid import grid_of
 from advise_ros.recording.demofile import load_demonstrations
-from advise_ros.recording.gridfile import load_grid
 from advise_ros.recording.savedsession import SavedSession
+from advise_ros.recording.sitefile import begin_site, save_site, site_text
 from advise_ros.ros import calls, convert, convert_advice, diagnostics, parameters, preview, qos, run
 from advise_ros.ros.learner_topics import LearnerTopics, Result, result_of
 from advise_ros.ros.worker import Finished, Worker
@@ -45,7 +46,9 @@ class AdviseNode(Node):
 
     It learns in a thread beside, so services reply while it learns; of previews that wait only the newest is
     tried. With `session_file` every accepted answer is on the disk before the service replies, and the next start
-    goes on from there.
+    goes on from there. With `site_map_out` what was learnt of the site is kept with each policy, as a map of
+    nav2_map_server and a file beside it; with `site_map_file` another route over the site begins with it, and has a
+    policy before anything is flown. What it began with is latched on `advise/site_prior`, so that bags hold it.
 
     Example: ros2 run advise_ros advise --ros-args -p grid_file:=config/grid_6x6.yaml
     Next: answer its questions by `ask`, `console` or `answer`; `policy` flies what it learnt.
@@ -55,16 +58,19 @@ class AdviseNode(Node):
         super().__init__('advise')
         self.config = parameters.load(self, AdviseConfig)
         self._diagnostics = diagnostics.Diagnostics(self)
-        grid = load_grid(self.config.grid_file)
-        session = Session(grid, learn_settings(self.config), self.config.budget)
+        grid = grid_of(self, self.config)
+        site = begin_site(self.config.site_map_file, self.config.site_map_out, grid)
+        session = Session(grid, learn_settings(self.config), self.config.budget, site.prior)
         self._saved = SavedSession(session, self.config.session_file)
         self._topics = LearnerTopics(self)
+        self._topics.site_prior(site_text(site.prior))
+        self._site_remark = site.remark
         self._learned: Learned | None = None
         self._learning = False
         self._learning_size: tuple[int, int] = (0, 0)
         self._failure = ''
         self._failed_at: tuple[int, int] | None = None
-        self._refused = ''
+        self._refused = self._not_kept = ''
         self._solve_s = 0.0
         self._wake = self.create_guard_condition(self._deliver)
         self._worker = Worker(self._wake.trigger)
@@ -73,6 +79,7 @@ class AdviseNode(Node):
             clock=Clock(clock_type=ClockType.STEADY_TIME), autostart=False,
         )
         self._tell_restored()
+        self._tell_site()
         self._load_file()
         self._listen()
         self._learn()
@@ -104,6 +111,12 @@ class AdviseNode(Node):
             self.get_logger().warning(f'session file {self.config.session_file}: {sentence}')
         if loaded.entries:
             self.get_logger().info(f'{len(loaded.entries)} entries of the advice log restored from {self.config.session_file}')
+
+    def _tell_site(self) -> None:
+        if self._site_remark:
+            self.get_logger().warning(f'site_map_file: {self._site_remark}')
+        if self._session.prior:
+            self.get_logger().info(f'known of the site from {self.config.site_map_file}: {self._session.prior.in_words}')
 
     def _load_file(self) -> None:
         if not self.config.demonstrations_file:
@@ -148,7 +161,7 @@ class AdviseNode(Node):
 
     @property
     def _enough(self) -> bool:
-        return len(self._session.standing) >= self.config.demonstrations_min
+        return bool(self._session.prior) or len(self._session.standing) >= self.config.demonstrations_min
 
     def _deliver(self) -> None:
         """The worker has woken the executor."""
@@ -187,6 +200,18 @@ class AdviseNode(Node):
             f'{learned.log_length} log entries in {self._solve_s:.3f} s by {learned.solver}'
         )
         self.get_logger().info(self._question())
+        self._keep_site(learned)
+
+    def _keep_site(self, learned: Learned) -> None:
+        """What was learnt of the site is on the disk with each policy."""
+        self._not_kept = ''
+        if not self.config.site_map_out or learned.keep_out is None:
+            return
+        try:
+            save_site(self.config.site_map_out, learned.grid, learned.keep_out, self._session.kept(learned))
+        except AdviseError as problem:
+            self._not_kept = f'What was learnt of the site is not kept: {problem}.'
+            self.get_logger().error(self._not_kept)
 
     def _note_asked(self, query_id: int) -> None:
         try:
@@ -250,7 +275,7 @@ class AdviseNode(Node):
 
     def _notes(self) -> list[str]:
         """What is not as it should be, though work goes on; a sentence each."""
-        notes = [self._refused] if self._refused else []
+        notes = [note for note in (self._refused, self._not_kept, self._site_remark) if note]
         notes += [f'Session file {self.config.session_file}: {sentence}.' for sentence in self._saved.loaded.dropped]
         if self._learned is not None and self._learned.contradictions:
             sentence = calls.cannot_hold(self._learned.contradictions)

@@ -17,7 +17,7 @@ from advise_ros.core.errors import InputError
 from advise_ros.core.grid.grid import Grid
 from advise_ros.core.people.known_site import site_of
 from advise_ros.core.people.simulated_expert import SimulatedExpert
-from advise_ros.recording.gridfile import load_grid
+from advise_ros.nodes.route_grid import grid_if_named, grid_of
 from advise_ros.recording.wishfile import load_wish
 from advise_ros.ros import calls, convert, convert_advice, diagnostics, parameters, qos, run
 
@@ -43,8 +43,8 @@ class ExpertNode(Node):
         super().__init__('expert')
         self.config = parameters.load(self, ExpertConfig)
         self._diagnostics = diagnostics.Diagnostics(self)
-        named = self.config.grid_file or self.config.wish_file  # A wish is about the cells of a grid file.
-        self._grid = load_grid(self.config.grid_file) if named else None
+        named = grid_of if self.config.wish_file else grid_if_named  # A wish is about the cells of a grid file.
+        self._grid = named(self, self.config)
         self._wish = load_wish(self.config.wish_file, self._grid) if self._grid is not None else ()
         self._answer: Answer | None = None
         self._sent: Future | None = None

@@ -36,11 +36,11 @@ class LoggerNode(Node):
     """Records everything that a session is rebuilt from into one bag (rosbag2 layout, MCAP).
 
     By default: pose, odom, cmd_vel, vehicle_status, battery_state, demonstration, advise/query,
-    advise/policy, advise/advice_log, advise/status, advise/uncertainty, advise/reward, advise/site_map, advise/markers,
-    policy/status, /diagnostics and what services tell of their calls (service_introspection); or the names
-    and patterns in `topics`, also those that appear later. Messages are stored as they came (CDR) with
-    their definitions and the profiles that publishers offer; the bag also holds the parameters of every
-    node and the versions of the numeric packages.
+    advise/policy, advise/advice_log, advise/status, advise/uncertainty, advise/reward, advise/site_map,
+    advise/site_prior, advise/markers, policy/status, /diagnostics and what services tell of their calls
+    (service_introspection); or the names and patterns in `topics`, also those that appear later. Messages are
+    stored as they came (CDR) with their definitions and the profiles that publishers offer; the bag also holds
+    the parameters of every node and the versions of the numeric packages.
 
     What came more than flush_s ago survives the death of this process; `recover BAG` makes a bag whole
     that was cut off. A full disk raises an alarm on /diagnostics and harms nobody else. Ctrl-C finishes

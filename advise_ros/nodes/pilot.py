@@ -25,7 +25,7 @@ from advise_ros.core.flight.vehicle_state import VehicleState
 from advise_ros.core.people.known_site import Site, site_of
 from advise_ros.core.people.simulated_pilot import SimulatedPilot
 from advise_ros.core.units import ZERO
-from advise_ros.recording.gridfile import load_grid
+from advise_ros.nodes.route_grid import grid_of
 from advise_ros.recording.wishfile import load_wish
 from advise_ros.ros import parameters, qos, run
 from advise_ros.ros.clock_watch import ClockWatch
@@ -67,7 +67,7 @@ class PilotNode(Node):
     def __init__(self) -> None:
         super().__init__('pilot')
         self.config = parameters.load(self, PilotConfig)
-        self._grid = load_grid(self.config.grid_file)
+        self._grid = grid_of(self, self.config)
         self._site = site_of(self._grid, load_wish(self.config.wish_file, self._grid))
         self._settings = self.config.seek_settings()
         self._mission = Mission(self.config.flights, self.config.handle_vehicle, self.config.vehicle_timeout_s)

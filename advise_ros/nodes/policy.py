@@ -23,7 +23,7 @@ from advise_ros.core.flight.policy_flight import FlightPhase, PolicyFlight
 from advise_ros.core.flight.vehicle_state import why_no_commands
 from advise_ros.core.grid.grid import Grid
 from advise_ros.core.units import NS, ZERO
-from advise_ros.recording.gridfile import load_grid
+from advise_ros.nodes.route_grid import grid_if_named
 from advise_ros.ros import parameters, qos, run
 from advise_ros.ros.convert import vehicle_from_msg
 from advise_ros.ros.deadline import Deadline
@@ -108,7 +108,7 @@ class PolicyNode(ManagedNode):
 
     # -- life cycle --------------------------------------------------------------------------
     def open_up(self) -> None:
-        self._forget(load_grid(self.config.grid_file) if self.config.grid_file else None)
+        self._forget(grid_if_named(self, self.config))
         self.hear(Policy, 'advise/policy', self._on_policy, qos.latched())
         self.hear(VehicleStatus, 'vehicle_status', self._on_vehicle, qos.latched())
         self.hear(PoseStamped, 'pose', self._on_pose, NEWEST_POSE)

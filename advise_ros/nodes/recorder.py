@@ -21,7 +21,7 @@ from advise_ros.core.demonstrations.samples import VehicleEvent
 from advise_ros.core.errors import InputError
 from advise_ros.core.units import MAP_FRAME
 from advise_ros.mavlink.link import Link
-from advise_ros.recording.gridfile import load_grid
+from advise_ros.nodes.route_grid import grid_of
 from advise_ros.recording.mavlink_listener import COMPONENT_ID, MavlinkListener
 from advise_ros.recording.tlog import read_tlog
 from advise_ros.ros import convert, diagnostics, parameters, qos, run
@@ -63,7 +63,7 @@ class RecorderNode(Node):
     def __init__(self) -> None:
         super().__init__('recorder')
         self.config = parameters.load(self, RecorderConfig)
-        self._grid = load_grid(self.config.grid_file)
+        self._grid = grid_of(self, self.config)
         self._recorder = Recorder(
             self._grid, self.config.discretise_settings(), self._source(), by_flights=self.config.split == 'flights',
             policy_flights=self.config.policy_flights,

@@ -11,6 +11,8 @@ import yaml
 
 from advise_ros.core.errors import InputError
 from advise_ros.core.grid.grid import Grid
+from advise_ros.core.grid.obstacles import with_obstacles
+from advise_ros.recording.mapfile import read_map
 
 REQUIRED = ('resolution', 'width', 'height', 'origin', 'altitude', 'waypoints')
 OPTIONAL = ('blocked',)
@@ -19,15 +21,30 @@ CELLS = {'waypoints': 'waypoint', 'blocked': 'blocked cell', 'keep_out': 'cell t
 EXAMPLE = 'see config/grid_6x6.yaml for one that works'
 
 
-def load_grid(path: str | Path) -> Grid:
+def load_grid(path: str | Path, obstacle_map_file: str | Path = '') -> Grid:
     """Read a grid file.
 
     The resolution is rounded to 7 significant digits, as it travels in messages as a float32.
 
+    Args:
+        path: the grid file.
+        obstacle_map_file: YAML file of a map whose obstacles are blocked cells, too; empty: none.
+
     Raises:
-        InputError: no file named, the file is missing or no YAML, a key is missing, unknown or of the
-            wrong type, or a cell lies outside; one sentence with file, key, value and remedy.
+        InputError: no file named, a file is missing or no YAML, a key is missing, unknown or of the
+            wrong type, a cell lies outside, or a waypoint is in an obstacle; one sentence with file, key, value and remedy.
     """
+    grid = _grid_of(path)
+    if not str(obstacle_map_file):
+        return grid
+    occupancy = read_map(obstacle_map_file)
+    try:
+        return with_obstacles(grid, occupancy)
+    except InputError as problem:
+        raise InputError(f'map file {obstacle_map_file}: {problem}') from problem
+
+
+def _grid_of(path: str | Path) -> Grid:
     if not str(path):
         raise InputError(f"no grid file is given; set parameter 'grid_file' (or --grid) to a YAML file, {EXAMPLE}")
     try:

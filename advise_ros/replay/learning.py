@@ -12,11 +12,15 @@ from advise_ros.core.demonstrations.demonstration import Demonstration, known
 from advise_ros.core.demonstrations.recorded_flights import number_of
 from advise_ros.core.errors import InputError
 from advise_ros.core.irl.settings import LearnSettings
-from advise_ros.core.learning.learner import Learned, learn
+from advise_ros.core.learning.learner import Learned, kept_of
+from advise_ros.core.learning.session import Work
+from advise_ros.core.site.prior import SitePrior
+from advise_ros.replay.demonstrations import demonstration_stages
 from advise_ros.replay.overrides import GRID
 from advise_ros.replay.session import (
     ADVICE_TYPE,
     POLICY_TYPE,
+    SITE_PRIOR_TOPIC,
     RecordedMessage,
     RecordedSession,
     at,
@@ -55,6 +59,9 @@ def learning_stages(session: RecordedSession, comparison: Comparison) -> list[St
     heard = _heard(session, comparison)
     if any(episode.log and _elsewhere(session, episode) for episode in found):
         policies.notes.append('the answers were given on the grid that was flown and are left out')
+    given = any(one.value.data for one in session.on(SITE_PRIOR_TOPIC))
+    if given and any(_elsewhere(session, episode) for episode in found):
+        policies.notes.append('what was known of the site has the cells that were flown and is left out')
     began_late = session.began_late or (bool(found) and found[0].version > 1)
     for life in _lives(found):
         heard_by_it = _Hearing(heard)
@@ -74,6 +81,22 @@ def learning_stages(session: RecordedSession, comparison: Comparison) -> list[St
             _check_query(queries, session, comparison, episode, learned, config.budget)
         policies.notes += heard_by_it.notes
     return [policies, queries]
+
+
+def learnt_last(session: RecordedSession) -> tuple[Learned, SitePrior]:
+    """The last policy learnt again, and what is known of the site by then.
+
+    Raises:
+        InputError: the bag holds no policy, or not what it was learnt from.
+    """
+    found, comparison = episodes(session), Comparison(session)
+    if not found:
+        raise InputError(f'{session.bag.path} holds no policy; record a session with the logger until there is one')
+    demonstration_stages(session, comparison)
+    config, hearing = session.config(AdviseConfig, 'advise'), _Hearing(_heard(session, comparison))
+    learned = hearing.learn(session, comparison, found[-1], learn_settings(config), config.budget)
+    work = _work(session, found[-1], hearing.heard, learn_settings(config), config.budget)
+    return learned, kept_of(work.grid, work.demonstrations, work.log, work.prior)
 
 
 def episodes(session: RecordedSession) -> list[Episode]:
@@ -113,18 +136,18 @@ class _Hearing:
     """
 
     def __init__(self, heard: tuple[Demonstration | None, ...]) -> None:
-        self._heard = heard
+        self.heard = heard
         self.notes: list[str] = []
 
     def learn(
         self, session: RecordedSession, comparison: Comparison, episode: Episode, settings: LearnSettings, budget: int,
     ) -> Learned:
         """As `_learn`, from what gives the recorded policy, if something does."""
-        learned = _learn(session, episode, self._heard, settings, budget)
+        learned = _learn(session, episode, self.heard, settings, budget)
         if comparison.what_if or _is_it(comparison, learned, episode):
             return learned
-        for first in _recorders(self._heard)[1:]:
-            later = self._heard[first:]
+        for first in _recorders(self.heard)[1:]:
+            later = self.heard[first:]
             if int(episode.policy.value.demonstrations) > len(later):
                 break
             other = _learn(session, episode, later, settings, budget)
@@ -134,7 +157,7 @@ class _Hearing:
                     f'the learner of policy {number} at {at(episode.policy.stamp_ns)} had heard nothing before demonstration '
                     f'{first + 1} of the bag: it and a recorder had been started again'
                 )
-                self._heard = later
+                self.heard = later
                 return other
         return learned
 
@@ -248,6 +271,17 @@ def _learn(
     Raises:
         InputError: the bag does not hold that much.
     """
+    return _work(session, episode, heard, settings, budget).run()
+
+
+def _work(
+    session: RecordedSession, episode: Episode, heard: tuple[Demonstration | None, ...], settings: LearnSettings, budget: int,
+) -> Work:
+    """What a policy says it was learnt from.
+
+    Raises:
+        InputError: the bag does not hold that much.
+    """
     value = episode.policy.value
     recorded = convert.grid_from_msg(value.grid)
     grid = session.grid(recorded)
@@ -255,9 +289,10 @@ def _learn(
     log = episode.log if grid == recorded else ()
     _at_most('demonstrations', int(value.demonstrations), len(usable))
     _at_most('log_length', int(value.log_length), len(episode.log))
-    return learn(
+    return Work(
         grid, settings, tuple(one for one in usable[: int(value.demonstrations)] if one is not None),
         log[: int(value.log_length)], version=episode.version, next_query_id=episode.next_query_id, budget=budget,
+        prior=session.site_prior(recorded, episode.policy.message.publish_time_ns),
     )
 
 

@@ -14,6 +14,7 @@ from advise_ros import config
 from advise_ros.core.demonstrations.samples import PoseSamples, Recording
 from advise_ros.core.errors import InputError, LogError
 from advise_ros.core.grid.grid import Grid
+from advise_ros.core.site.prior import SitePrior
 from advise_ros.core.units import NS
 from advise_ros.recording import platform
 from advise_ros.recording.bags import BagTopics, read_bag
@@ -21,6 +22,7 @@ from advise_ros.recording.codec import Codec
 from advise_ros.recording.definitions import definition
 from advise_ros.recording.messages import Bag, Message
 from advise_ros.recording.records import PARAMETERS_RECORD, PLATFORM_RECORD, READ_AT
+from advise_ros.recording.sitefile import load_site, site_of_text
 from advise_ros.recording.storage import open_source
 from advise_ros.replay.overrides import GRID, Overrides, other_grid
 
@@ -30,7 +32,8 @@ POLICY_TYPE = 'advise_msgs/msg/Policy'
 QUERY_TYPE = 'advise_msgs/msg/AdviceQuery'
 ADVICE_TYPE = 'advise_msgs/msg/Advice'
 FLIGHT_TYPE = 'advise_msgs/msg/FlightStatus'
-TYPES = (COMMAND_TYPE, DEMONSTRATION_TYPE, POLICY_TYPE, QUERY_TYPE, ADVICE_TYPE, FLIGHT_TYPE)
+TEXT_TYPE = 'std_msgs/msg/String'
+TYPES = (COMMAND_TYPE, DEMONSTRATION_TYPE, POLICY_TYPE, QUERY_TYPE, ADVICE_TYPE, FLIGHT_TYPE, TEXT_TYPE)
 # What replay cannot do without; other fields that a bag of another version lacks are not compared.
 NEEDED: Mapping[str, tuple[str, ...]] = {
     DEMONSTRATION_TYPE: (
@@ -39,11 +42,14 @@ NEEDED: Mapping[str, tuple[str, ...]] = {
     POLICY_TYPE: ('version', 'grid', 'demonstrations', 'log_length', 'greedy'),
     QUERY_TYPE: ('query_id', 'states'),
     ADVICE_TYPE: ('advice_id', 'query_id', 'states', 'preferred', 'avoided', 'verdict', 'expert_id', 'comment', 'retracted'),
+    TEXT_TYPE: ('data',),
     FLIGHT_TYPE: ('phase', 'policy_version', 'state', 'next_waypoint', 'steps', 'step_budget', 'start_cell'),
     'advise_msgs/msg/GridMap': ('info', 'altitude_m', 'waypoints', 'blocked'),
     'advise_msgs/msg/DiscretisationAudit': ('samples', 'notes'),
 }
-DEMONSTRATION_TOPIC = 'demonstration'
+SITE_PRIOR_TOPIC = 'advise/site_prior'
+# Either of these makes a session: on a site that is known a policy needs no demonstration.
+SESSION_TOPICS: Mapping[str, str] = {DEMONSTRATION_TYPE: 'demonstration', POLICY_TYPE: 'advise/policy'}
 # Parameters that bags of earlier versions do not hold, with what was done before there were any.
 EARLIER: Mapping[str, Mapping[str, Any]] = {
     'AdviseConfig': {'confirm': False},
@@ -169,6 +175,22 @@ class RecordedSession:
         except InputError as problem:
             raise LogError(f'{self.bag.path}, parameters of {self.namespace}/{node}: {problem}') from problem
 
+    def site_prior(self, recorded: Grid, until_ns: int) -> SitePrior:
+        """What a learner had been given of the site, or what it is to be given; nothing where its cells are to be others.
+
+        Args:
+            recorded: grid of the learner.
+            until_ns: when it published what it had learnt.
+
+        Raises:
+            InputError: what it was given is damaged, or the overrides name a file that cannot be read or make no grid.
+        """
+        grid, other = self.grid(recorded), str(self.overrides.get('advise', {}).get('site_map_file', ''))
+        if other:
+            return load_site(other, grid).prior
+        given = [one for one in self.on(SITE_PRIOR_TOPIC) if one.message.publish_time_ns <= until_ns]
+        return site_of_text(str(given[-1].value.data), grid.n_cells) if given and grid == recorded else SitePrior()
+
     def grid(self, recorded: Grid) -> Grid:
         """The grid as it is to be.
 
@@ -201,8 +223,8 @@ def read_session(path: str | Path, namespace: str | None = None, overrides: Over
     bag = Bag(path, TYPES)
     missing = _missing_fields(bag)
     where = _namespace(bag, namespace)
-    if not bag.on(f'{where}/{DEMONSTRATION_TOPIC}'):
-        raise LogError(f'{path} holds no demonstrations; record a session with the logger from its beginning')
+    if not any(bag.on(f'{where}/{topic}') for topic in SESSION_TOPICS.values()):
+        raise LogError(f'{path} holds no demonstrations and no policy; record a session with the logger from its beginning')
     parameters = _parameters(bag)
     recorders = parameters.get(f'{where}/recorder')
     recording = _samples(bag, where, recorders[-1].values if recorders else {})
@@ -212,10 +234,10 @@ def read_session(path: str | Path, namespace: str | None = None, overrides: Over
 
 
 def holds_session(path: str | Path) -> bool:
-    """Whether a bag has a topic of demonstrations; of one that cannot be read, True: replay says what is wrong with it."""
+    """Whether a bag has demonstrations or policies; of one that cannot be read, True: replay says what is wrong with it."""
     try:
         source = open_source(path)
-        return any(DEMONSTRATION_TYPE in source.topics.values() for _ in source.blocks())
+        return any(not SESSION_TOPICS.keys().isdisjoint(source.topics.values()) for _ in source.blocks())
     except LogError:
         return True
 
@@ -231,15 +253,17 @@ def _samples(bag: Bag, where: str, recorder: Mapping[str, Any]) -> Recording:
 
 def _namespace(bag: Bag, wanted: str | None) -> str:
     """Namespace of the session without a slash at the end."""
-    tail = f'/{DEMONSTRATION_TOPIC}'
-    found = sorted(t.removesuffix(tail) for t, kind in bag.topics.items() if kind == DEMONSTRATION_TYPE and t.endswith(tail))
+    found = sorted({
+        topic.removesuffix(f'/{SESSION_TOPICS[kind]}') for topic, kind in bag.topics.items()
+        if kind in SESSION_TOPICS and topic.endswith(f'/{SESSION_TOPICS[kind]}')
+    })
     if wanted is not None:
         namespace = '/' + wanted.strip('/') if wanted.strip('/') else ''
         if namespace not in found:
-            raise LogError(f'{bag.path} has no demonstrations in namespace {wanted!r}; it has {_listed(found)}')
+            raise LogError(f'{bag.path} has no session in namespace {wanted!r}; it has {_listed(found)}')
         return namespace
     if not found:
-        raise LogError(f'{bag.path} holds no demonstrations; record a session with the logger from its beginning')
+        raise LogError(f'{bag.path} holds no demonstrations and no policy; record a session with the logger from its beginning')
     if len(found) > 1:
         raise LogError(f'{bag.path} holds several sessions; name one by --namespace: {_listed(found)}')
     return found[0]

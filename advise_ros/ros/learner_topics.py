@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 from nav_msgs.msg import OccupancyGrid
 from rclpy.node import Node
+from std_msgs.msg import String
 from visualization_msgs.msg import MarkerArray
 
 from advise_msgs.msg import Advice, AdviceQuery, Demonstration, LearnerStatus, Policy
@@ -86,6 +87,7 @@ class LearnerTopics:
         self._uncertainty = node.create_publisher(OccupancyGrid, 'advise/uncertainty', qos.latched())
         self._reward = node.create_publisher(OccupancyGrid, 'advise/reward', qos.latched())
         self._site_map = node.create_publisher(OccupancyGrid, 'advise/site_map', qos.latched())
+        self._site_prior = node.create_publisher(String, 'advise/site_prior', qos.latched())
         self._markers = node.create_publisher(MarkerArray, 'advise/markers', qos.latched())
         self._demonstrations = node.create_publisher(Demonstration, 'demonstration', qos.DEMONSTRATIONS)
 
@@ -107,6 +109,10 @@ class LearnerTopics:
         for marker in messages.markers.markers:
             marker.header.stamp = stamp
         self._markers.publish(messages.markers)
+
+    def site_prior(self, text: str) -> None:
+        """What was known of the site before this session, '' for nothing: a function of it is every policy."""
+        self._site_prior.publish(String(data=text))
 
     def advice(self, record: AdviceRecord, stamp_ns: int) -> None:
         self._log.publish(convert_advice.advice_to_msg(record, stamp_ns))

@@ -21,6 +21,7 @@ RECORDED: dict[str, tuple[str, QoSProfile]] = {
     'advise/uncertainty': ('nav_msgs/msg/OccupancyGrid', qos.latched(100)),
     'advise/reward': ('nav_msgs/msg/OccupancyGrid', qos.latched(100)),
     'advise/site_map': ('nav_msgs/msg/OccupancyGrid', qos.latched(100)),
+    'advise/site_prior': ('std_msgs/msg/String', qos.latched(100)),
     'advise/markers': ('visualization_msgs/msg/MarkerArray', qos.latched(100)),
     'policy/status': ('advise_msgs/msg/FlightStatus', qos.latched(1000)),
     '/diagnostics': ('diagnostic_msgs/msg/DiagnosticArray', qos.COMMAND_DEEP),

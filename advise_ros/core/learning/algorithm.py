@@ -31,6 +31,7 @@ from advise_ros.core.planning.finite_process import FiniteProcess
 from advise_ros.core.questions.clusters import split
 from advise_ros.core.questions.select import Situation
 from advise_ros.core.site import SITE
+from advise_ros.core.site.prior import NOTHING, SitePrior
 
 if TYPE_CHECKING:
     from advise_ros.core.site.belief import SiteBelief
@@ -42,8 +43,9 @@ WITHOUT_BELIEFS = 'occupancy'
 REFUTED = 0.9
 
 
-def improve(
+def improve(  # noqa: PLR0913 - evidence and method
     process: FiniteProcess, settings: LearnSettings, counts: Counts, clusters: Ints, log: tuple[AdviceRecord, ...], solve: Solve,
+    *, prior: SitePrior = NOTHING,
 ) -> Situation:
     """What is learnt after some answers.
 
@@ -54,13 +56,14 @@ def improve(
         clusters: (n,) cluster of each state, -1 for states in which no action is chosen.
         log: accepted answers and retractions, in order.
         solve: finds an optimum of equation (1).
+        prior: what was learnt of the site on other routes; for acquisition `site`.
 
     Raises:
         InputError: strict advice (slack_cost 0) that contradicts itself, or acquisition `site` without a grid.
     """
     settings = replace(settings, acquisition=in_effect(settings.acquisition, counts.visits[process.acting]))
     advice = advice_state(log, counts.taken if settings.confirms else None)
-    imitated, belief = imitate(process, settings, counts, advice)
+    imitated, belief = imitate(process, settings, counts, advice, prior)
     inferred = infer(process.mdp, imitated, settings, solve)
     parts = split(process.features, clusters, advice.mixed, settings.seed, advice.drawn)
     return Situation(process, settings, counts, parts, advice, imitated, inferred, belief)
@@ -78,7 +81,7 @@ def in_effect(acquisition: str, visits: Ints) -> str:
 
 
 def imitate(
-    process: FiniteProcess, settings: LearnSettings, counts: Counts, advice: AdviceState,
+    process: FiniteProcess, settings: LearnSettings, counts: Counts, advice: AdviceState, prior: SitePrior = NOTHING,
 ) -> tuple[Imitated, SiteBelief | None]:
     """What is imitated and what is advised, and with acquisition `site` what is believed of the site.
 
@@ -87,6 +90,7 @@ def imitate(
         settings: with the acquisition that decides, from `in_effect`.
         counts: what was demonstrated.
         advice: what was answered.
+        prior: what was learnt of the site on other routes.
 
     Raises:
         InputError: acquisition `site` without a grid.
@@ -96,7 +100,7 @@ def imitate(
             raise InputError("acquisition 'site' is for routes on a grid; choose another for this process")
         from advise_ros.core.site import within_advise  # noqa: PLC0415 - compiled loops take half a second to import
 
-        belief = within_advise.belief_of(process.grid, counts, advice, settings.seed)
+        belief = within_advise.belief_of(process.grid, counts, advice, settings.seed, prior)
         return within_advise.imitate(process.grid, belief, advice), belief
     return imitated(settings.acquisition, counts, advice), None
 

@@ -5,15 +5,17 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Iterable
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, astuple, dataclass
 
 import numpy as np
 import numpy.typing as npt
 
 from advise_ros.core.advice.advice import AdviceRecord, Query
+from advise_ros.core.advice.state import advice_state
 from advise_ros.core.demonstrations.action_counts import count
 from advise_ros.core.demonstrations.demonstration import Demonstration, standing
 from advise_ros.core.errors import InputError
+from advise_ros.core.grid.differences import what_differs
 from advise_ros.core.grid.grid import Grid
 from advise_ros.core.irl.reward import solver_by_name
 from advise_ros.core.irl.settings import LearnSettings
@@ -23,6 +25,8 @@ from advise_ros.core.numerics import Floats, Ints
 from advise_ros.core.planning.finite_process import process_of
 from advise_ros.core.questions.clusters import cluster_states
 from advise_ros.core.questions.query import Numbering, next_query
+from advise_ros.core.site import SITE
+from advise_ros.core.site.prior import NOTHING, SitePrior, kept_route
 
 __all__ = ['LearnSettings', 'Learned', 'learn']
 
@@ -102,6 +106,7 @@ def learn(  # noqa: PLR0913 - evidence and numbering of a session
     next_query_id: int = 1,
     budget: int = -1,
     earlier: Solved | None = None,
+    prior: SitePrior = NOTHING,
 ) -> Learned:
     """Reward, policy and next question.
 
@@ -111,21 +116,25 @@ def learn(  # noqa: PLR0913 - evidence and numbering of a session
     Args:
         grid: states and actions.
         settings: constants and readings.
-        demonstrations: all that came, with those that take others back; at least one must stand.
+        demonstrations: all that came, with those that take others back; at least one must stand, unless there is a prior.
         log: the advice log.
         version: number of the policy.
         next_query_id: number of the next query.
         budget: answers that the person is willing to give, -1 unlimited.
         earlier: for a preview: what was learnt before, near which a large program may be solved roughly.
+        prior: what was learnt of the site on other routes, for acquisition `site`; what it has of these demonstrations and
+            answers counts once.
 
     Raises:
         InputError: no demonstration stands, one is on another grid, or strict advice (slack_cost 0) that contradicts itself.
     """
-    check_demonstrations(grid, demonstrations)
+    check_demonstrations(grid, demonstrations, prior)
+    check_prior(settings, prior)
     flown = standing(demonstrations)
+    before = prior.without(kept_route(grid.waypoints, flown, advice_state(log)))
     counts, process = count(grid, flown), process_of(grid, settings.slip, settings.gamma)
     clusters = cluster_states(process, counts, settings)
-    found = improve(process, settings, counts, clusters, log, solver_by_name(settings.solver, earlier))
+    found = improve(process, settings, counts, clusters, log, solver_by_name(settings.solver, earlier), prior=before)
     inferred, solution = found.inferred, found.inferred.solution
     asking = next_query(grid, found, Numbering(version, next_query_id, budget))
     return Learned(
@@ -156,19 +165,40 @@ def learn(  # noqa: PLR0913 - evidence and numbering of a session
         digest=digest(
             map_of(grid), asdict(settings), evidence(flown, found.imitated.advice),
             [inferred.greedy.tolist(), found.clusters.tolist(), list(asking.query.states) if asking.query else None],
+            *([astuple(before)] if before else []),
         ),
     )
 
 
-def check_demonstrations(grid: Grid, demonstrations: tuple[Demonstration, ...]) -> None:
+def kept_of(
+    grid: Grid, demonstrations: tuple[Demonstration, ...], log: tuple[AdviceRecord, ...], prior: SitePrior = NOTHING,
+) -> SitePrior:
+    """All that is known of the site after a session, for other routes over it; arguments as of `learn`."""
+    return prior.with_route(kept_route(grid.waypoints, standing(demonstrations), advice_state(log)))
+
+
+def check_prior(settings: LearnSettings, prior: SitePrior) -> None:
+    """Whether what is known of a site can be made use of.
+
+    Raises:
+        InputError: another acquisition learns nothing of sites.
+    """
+    if prior and settings.acquisition != SITE:
+        raise InputError(
+            f"a site's map is of use with acquisition '{SITE}' only, and it is '{settings.acquisition}'; "
+            f"set acquisition to '{SITE}', or leave 'site_map_file' empty"
+        )
+
+
+def check_demonstrations(grid: Grid, demonstrations: tuple[Demonstration, ...], prior: SitePrior = NOTHING) -> None:
     """Whether there is something to learn from.
 
     Raises:
-        InputError: no demonstration stands, or one is on another grid.
+        InputError: no demonstration stands and nothing is known of the site, or one is on another grid.
     """
     for demonstration in demonstrations:
         check_grid(grid, demonstration)
-    if not standing(demonstrations):
+    if not prior and not standing(demonstrations):
         raise InputError('there is no demonstration yet; fly or load at least one')
 
 
@@ -181,8 +211,7 @@ def check_grid(grid: Grid, demonstration: Demonstration) -> None:
     if demonstration.grid != grid:
         raise InputError(
             f"demonstration '{demonstration.demonstration_id}' lies on another grid "
-            f'({demonstration.grid.width} x {demonstration.grid.height} cells, '
-            f'{demonstration.grid.n_layers} waypoints); use the same grid file for recorder and learner'
+            f'({what_differs(demonstration.grid, grid)}); use the same grid file for recorder and learner'
         )
 
 

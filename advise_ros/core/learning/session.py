@@ -14,12 +14,16 @@ from advise_ros.core.advice.state import AdviceState, advice_state, against
 from advise_ros.core.demonstrations.demonstration import Demonstration, standing
 from advise_ros.core.grid.grid import Grid
 from advise_ros.core.irl.solvers.local_preview import Solved
-from advise_ros.core.learning.learner import Learned, LearnSettings, check_grid, learn
+from advise_ros.core.learning.learner import Learned, LearnSettings, check_grid, check_prior, kept_of, learn
+from advise_ros.core.site.prior import NOTHING, SitePrior
 
 
 @dataclass(frozen=True)
 class Work:
-    """Something to learn, apart from the session that goes on meanwhile; near `earlier`, if it is a preview."""
+    """Something to learn, apart from the session that goes on meanwhile; near `earlier`, if it is a preview.
+
+    `prior` is what was learnt of the site on other routes.
+    """
 
     grid: Grid
     settings: LearnSettings
@@ -29,6 +33,7 @@ class Work:
     next_query_id: int
     budget: int
     earlier: Solved | None = None
+    prior: SitePrior = NOTHING
 
     def run(self) -> Learned:
         """`learn` on the snapshot.
@@ -39,6 +44,7 @@ class Work:
         return learn(
             self.grid, self.settings, self.demonstrations, self.log,
             version=self.version, next_query_id=self.next_query_id, budget=self.budget, earlier=self.earlier,
+            prior=self.prior,
         )
 
 
@@ -49,10 +55,16 @@ class Session:
         grid: of every demonstration.
         settings: of every policy.
         budget: answers that the person is willing to give, -1 unlimited.
+        prior: what was learnt of the site on other routes: with it, no demonstration is needed.
+
+    Raises:
+        InputError: there is a prior and the settings' acquisition has no use for it.
     """
 
-    def __init__(self, grid: Grid, settings: LearnSettings, budget: int = -1) -> None:
+    def __init__(self, grid: Grid, settings: LearnSettings, budget: int = -1, prior: SitePrior = NOTHING) -> None:
+        check_prior(settings, prior)
         self.grid = grid
+        self.prior = prior
         self.settings = settings
         self.budget = budget
         self._demonstrations: tuple[Demonstration, ...] = ()
@@ -109,8 +121,8 @@ class Session:
         self._demonstrations += (demonstration,)
 
     def snapshot(self) -> Work | None:
-        """What is to be learnt next; None when no demonstration stands or the policy is up to date."""
-        if not self.standing or self._is_newest(self._learned):
+        """What is to be learnt next; None when there is nothing to learn from or the policy is up to date."""
+        if not (self.standing or self.prior) or self._is_newest(self._learned):
             return None
         return self._work(self.log)
 
@@ -129,8 +141,13 @@ class Session:
 
     def _work(self, log: tuple[AdviceRecord, ...]) -> Work:
         return Work(
-            self.grid, self.settings, self._demonstrations, log, self._version + 1, self._last_query_id + 1, self.budget
+            self.grid, self.settings, self._demonstrations, log, self._version + 1, self._last_query_id + 1, self.budget,
+            prior=self.prior,
         )
+
+    def kept(self, learned: Learned) -> SitePrior:
+        """What a policy was learnt from, for other routes over the site."""
+        return kept_of(self.grid, self._demonstrations[: learned.n_demonstrations], self.log[: learned.log_length], self.prior)
 
     # -- answers -----------------------------------------------------------------------------
     def check(self, answer: Answer) -> Outcome:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 
@@ -17,39 +18,50 @@ from advise_ros.core.demonstrations.action_counts import Counts
 from advise_ros.core.grid.grid import Grid
 from advise_ros.core.numerics import Ints
 from advise_ros.core.site.belief import SiteAnswer, SiteBelief, believe, tell
+from advise_ros.core.site.keep import evidence_of
 from advise_ros.core.site.layout import layout_of
 from advise_ros.core.site.plan import plan
+from advise_ros.core.site.prior import NOTHING, SitePrior, answers_of
 from advise_ros.core.site.questions import SiteQuestion, next_question
 
 
-def belief_of(grid: Grid, counts: Counts, advice: AdviceState, seed: int) -> SiteBelief:
-    """What flights and the answers that hold say of the site; a function of these alone.
+def belief_of(grid: Grid, counts: Counts, advice: AdviceState, seed: int, prior: SitePrior = NOTHING) -> SiteBelief:
+    """What flights and the answers that hold say of the site, beside what was learnt of it before; of these alone.
 
     Args:
         grid: the site and the route.
         counts: what was flown.
         advice: what was answered.
         seed: of every random choice.
+        prior: what was learnt on other routes.
     """
-    return _remembered(grid, counts.taken.astype(np.int64).tobytes(), _answers(advice), seed)
+    answers = _answers(advice)
+    belief = _remembered(Known(grid, counts.taken.astype(np.int64).tobytes(), seed, prior), answers)
+    return replace(belief, answers=answers)  # Those of this route: their states are its own.
+
+
+class Known(NamedTuple):
+    """What a belief begins with: grid, moves (states, 4) as bytes, seed, what was learnt before."""
+
+    grid: Grid
+    taken: bytes
+    seed: int
+    prior: SitePrior
 
 
 @lru_cache(maxsize=16)
-def _remembered(grid: Grid, taken: bytes, answers: tuple[SiteAnswer, ...], seed: int) -> SiteBelief:
+def _remembered(known: Known, answers: tuple[SiteAnswer, ...]) -> SiteBelief:
     """One more answer costs one more drawing of maps, not all of them again."""
-    layout, rng = layout_of(grid), np.random.default_rng([seed, len(answers)])
+    evidence, rng = evidence_of(known.grid, known.prior), np.random.default_rng([known.seed, len(answers)])
     if not answers:
-        return believe(layout, np.frombuffer(taken, dtype=np.int64).reshape(-1, 4), (), rng)
-    return tell(layout, _remembered(grid, taken, answers[:-1], seed), answers[-1], rng)
+        taken = np.concatenate([evidence.taken, np.frombuffer(known.taken, dtype=np.int64).reshape(-1, 4)])
+        return believe(evidence.layout, taken, evidence.answers, rng, cell_price=evidence.cell_price)
+    last = answers[-1]._replace(states=tuple(evidence.earlier + state for state in answers[-1].states))
+    return tell(evidence.layout, _remembered(known, answers[:-1]), last, rng, cell_price=evidence.cell_price)
 
 
 def _answers(advice: AdviceState) -> tuple[SiteAnswer, ...]:
-    """Those that name directions, and those that say of one state that all are right."""
-    return tuple(
-        SiteAnswer(record.states, record.preferred, record.avoided)
-        for record in advice.active
-        if record.verdict is Verdict.ANSWER or (record.verdict is Verdict.MIXED and len(record.states) == 1)
-    )
+    return tuple(SiteAnswer(one.states, one.preferred, one.avoided) for one in answers_of(advice))
 
 
 def imitate(grid: Grid, belief: SiteBelief, advice: AdviceState) -> Imitated:
