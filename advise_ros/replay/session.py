@@ -223,14 +223,19 @@ def read_session(path: str | Path, namespace: str | None = None, overrides: Over
     bag = Bag(path, TYPES)
     missing = _missing_fields(bag)
     where = _namespace(bag, namespace)
-    if not any(bag.on(f'{where}/{topic}') for topic in SESSION_TOPICS.values()):
-        raise LogError(f'{path} holds no demonstrations and no policy; record a session with the logger from its beginning')
+    if not bag.on(f'{where}/demonstration') and not _needs_none(bag, where):
+        raise LogError(f'{path} holds no demonstrations; record a session with the logger from its beginning')
     parameters = _parameters(bag)
     recorders = parameters.get(f'{where}/recorder')
     recording = _samples(bag, where, recorders[-1].values if recorders else {})
     made_on = next((record.values for record in bag.records if record.name == PLATFORM_RECORD), {})
     same = not missing and made_on == platform.describe()
     return RecordedSession(bag, where, recording, parameters, made_on, same, overrides or {}, missing)
+
+
+def _needs_none(bag: Bag, where: str) -> bool:
+    """Whether a policy was learnt without any demonstration, from what was known of the site."""
+    return any(bag.decode(one).demonstrations == 0 for one in bag.on(f'{where}/{SESSION_TOPICS[POLICY_TYPE]}'))
 
 
 def holds_session(path: str | Path) -> bool:
@@ -263,7 +268,7 @@ def _namespace(bag: Bag, wanted: str | None) -> str:
             raise LogError(f'{bag.path} has no session in namespace {wanted!r}; it has {_listed(found)}')
         return namespace
     if not found:
-        raise LogError(f'{bag.path} holds no demonstrations and no policy; record a session with the logger from its beginning')
+        raise LogError(f'{bag.path} holds no demonstrations; record a session with the logger from its beginning')
     if len(found) > 1:
         raise LogError(f'{bag.path} holds several sessions; name one by --namespace: {_listed(found)}')
     return found[0]

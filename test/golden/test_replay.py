@@ -329,4 +329,4 @@ def test_another_grid(bag: SessionBag, tmp_path: Path, capsys: pytest.CaptureFix
 
 
 def test_another_namespace(bag: SessionBag, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert 'has no demonstrations in namespace' in error_of(capsys, bag.write(tmp_path / 'bag'), '--namespace', 'drone1')
+    assert 'has no session in namespace' in error_of(capsys, bag.write(tmp_path / 'bag'), '--namespace', 'drone1')

@@ -11,15 +11,14 @@ from advise_ros.core.advice.advice import Query
 from advise_ros.core.demonstrations.action_counts import count
 from advise_ros.core.grid.grid import Grid
 from advise_ros.core.irl.settings import LearnSettings
-from advise_ros.core.site.belief import CELL_PRICE, SamplerSettings, SiteAnswer, SiteBelief, believe, problem_of, tell
+from advise_ros.core.site.belief import SamplerSettings, SiteAnswer, SiteBelief, believe, problem_of, tell
 from advise_ros.core.site.chain import new_chain
-from advise_ros.core.site.keep import as_prior, for_route
 from advise_ros.core.site.layout import layout_of
 from advise_ros.core.site.pilots import PILOTS, moves_of
 from advise_ros.core.site.plan import plan
 from advise_ros.core.site.questions import next_question
 from advise_ros.core.site.tempering import TEMPERATURES, draw
-from advise_ros.experiments.sites import expert_of, flights_of, judge, other_route, pilot_of, random_site, site_with
+from advise_ros.experiments.sites import expert_of, flights_of, judge, pilot_of, random_site, site_with
 
 # A road of one cell's width through the middle, open at its north end: a row of cells that the map does not tell of.
 GRID = Grid(2.0, 6, 6, (0.0, 0.0), 5.0, (5, 35, 30, 0))
@@ -93,23 +92,6 @@ def test_the_same_flights_answers_and_seed_give_the_same_maps() -> None:
     one, two = learnt(2)[1], learnt(2)[1]
     assert np.array_equal(one.maps, two.maps)
     assert [pilot.level for pilot in one.pilots] == [pilot.level for pilot in two.pilots]
-
-
-def test_what_was_learnt_serves_another_route_without_a_flight() -> None:
-    site, belief = learnt(1)
-    other = other_route(site, np.random.default_rng(0))
-    assert other is not None
-    layout = layout_of(other.grid)
-    assert not judge(other, plan(layout, np.zeros(layout.n_cells)).greedy).success
-    assert judge(other, plan(layout, for_route(belief, layout).keep_out).greedy).success
-
-
-def test_a_kept_map_is_a_prior_that_doubts_and_forgets_nothing() -> None:
-    odds = as_prior(np.array([0.0, 0.5, 1.0, np.nan]))
-    assert odds[1] == 0.0
-    assert odds[0] == pytest.approx(-odds[2])
-    assert odds[0] > 3.0
-    assert odds[3] == CELL_PRICE
 
 
 def test_a_question_is_about_few_cells_of_one_layer() -> None:
