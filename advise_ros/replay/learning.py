@@ -12,7 +12,7 @@ from advise_ros.core.demonstrations.demonstration import Demonstration, known
 from advise_ros.core.demonstrations.recorded_flights import number_of
 from advise_ros.core.errors import InputError
 from advise_ros.core.irl.settings import LearnSettings
-from advise_ros.core.learning.learner import Learned, kept_of
+from advise_ros.core.learning.learner import Learned, kept_of, learn
 from advise_ros.core.learning.session import Work
 from advise_ros.core.site.prior import SitePrior
 from advise_ros.replay.demonstrations import demonstration_stages
@@ -271,7 +271,11 @@ def _learn(
     Raises:
         InputError: the bag does not hold that much.
     """
-    return _work(session, episode, heard, settings, budget).run()
+    work = _work(session, episode, heard, settings, budget)
+    return learn(
+        work.grid, work.settings, work.demonstrations, work.log,
+        version=work.version, next_query_id=work.next_query_id, budget=budget, prior=work.prior,
+    )
 
 
 def _work(
