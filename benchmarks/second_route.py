@@ -2,12 +2,12 @@
 
     ./advise python benchmarks/second_route.py [--trials 30] [--seed 700000] [--sizes 6x6-4 12x12-6] [--out FILE.jsonl]
 
-The first route is flown five times with 40 % wrong moves and asked about until nothing is worth asking, four answers at most. The
-second has other waypoints, and its direct ways cross what is hidden. Prints Markdown: per cent of policies that reach all
-waypoints in order within twice the best steps and enter no cell that the person wants kept out of, with no answer and after
-two, with 95 % Wilson intervals, by what was kept: `planner` (nothing), `flights` (flights and answers, as site_map_out keeps
-them), `map` (the probabilities of the cells alone, in whole per cent), `shifted map` (the same map through cells that are
-moved by half a cell). After an interruption the same command goes on.
+The first route is flown five times with 40 % wrong moves and asked about until nothing is worth asking, --first answers at
+most. The second has other waypoints, and its direct ways cross what is hidden. Prints Markdown: per cent of policies that
+reach all waypoints in order within twice the best steps and enter no cell that the person wants kept out of, with no answer
+and after --second answers, with 95 % Wilson intervals, by what was kept: `planner` (nothing), `flights` (flights and answers,
+as site_map_out keeps them), `map` (the probabilities of the cells alone, in whole per cent), `shifted map` (the same map
+through cells that are moved by half a cell). After an interruption the same command goes on.
 """
 
 from __future__ import annotations
@@ -39,7 +39,6 @@ from advise_ros.experiments.sites import (
     site_with,
 )
 
-FIRST_ANSWERS, SECOND_ANSWERS = 4, 2
 WAYS = ('planner', 'flights', 'map', 'shifted map')
 
 
@@ -55,7 +54,7 @@ def interview(site: Site, session: Session, answers: int, rng: np.random.Generat
         session.tell(expert.answer(session.query))
 
 
-def trial(size: str, seed: int, flights: int, pilot: str) -> dict[str, Any] | None:
+def trial(size: str, seed: int, given: argparse.Namespace) -> dict[str, Any] | None:
     """One site, both routes; None where it has no second one."""
     site = random_site(size, np.random.default_rng([seed, 0]))
     other = other_route(site, np.random.default_rng([seed, 3]))
@@ -63,15 +62,16 @@ def trial(size: str, seed: int, flights: int, pilot: str) -> dict[str, Any] | No
         return None
     people, settings = np.random.default_rng([seed, 1]), LearnSettings(acquisition='site', seed=seed)
     first = Session(site.grid, settings)
-    for flight in flights_of(site, pilot_of(site, pilot, 0.4, 0.2, people), flights):
+    for flight in flights_of(site, pilot_of(site, given.pilot, 0.4, 0.2, people), given.flights):
         first.add(flight)
-    row: dict[str, Any] = {'first': interview(site, first, FIRST_ANSWERS, people)}
+    row: dict[str, Any] = {'first': interview(site, first, given.first, people)}
     learned = first.learned
     known = first.kept(learned)
     row['planner'] = [judge(other, site_with(other.grid, np.zeros_like(site.keep_out)).right.argmax(axis=1)).success]
-    for way, prior in (('flights', known), ('map', _map(learned.keep_out)), ('shifted map', _shifted(other, learned.keep_out))):
+    kept = {'flights': known, 'map': _map(learned.keep_out), 'shifted map': _shifted(other, learned.keep_out)}
+    for way, prior in ((way, kept[way]) for way in given.ways):
         begun = time.process_time()
-        row[way] = interview(other, Session(other.grid, settings, prior=prior), SECOND_ANSWERS, np.random.default_rng([seed, 4]))
+        row[way] = interview(other, Session(other.grid, settings, prior=prior), given.second, np.random.default_rng([seed, 4]))
         row[f'{way} s'] = round(time.process_time() - begun, 2)
     return row
 
@@ -101,24 +101,28 @@ def main() -> None:
     parser.add_argument('--sizes', nargs='+', choices=SIZES, default=['6x6-4', '8x8-8', '12x12-6', '20x20-8'])
     parser.add_argument('--pilot', choices=('errs', 'shy', 'soft'), default='errs')
     parser.add_argument('--flights', type=int, default=5)
+    parser.add_argument('--first', type=int, default=4, help='answers on the first route, at most')
+    parser.add_argument('--second', type=int, default=2, help='answers on the second route, at most')
+    parser.add_argument('--ways', nargs='+', choices=WAYS[1:], default=list(WAYS[1:]))
     parser.add_argument('--out', type=Path, default=Path('out/second_route.jsonl'))
     given = parser.parse_args()
     given.out.parent.mkdir(parents=True, exist_ok=True)
     given.out.touch()
     rows = [json.loads(line) for line in given.out.read_text().splitlines()]
-    print('| | trials | first route, end | ' + ' | '.join(f'{way}: 0, {SECOND_ANSWERS}' for way in WAYS) + ' |')
-    print('|---' * (len(WAYS) + 3) + '|')
+    ways = ['planner', *given.ways]
+    print('| | trials | first route, end | ' + ' | '.join(f'{way}: 0, {given.second}' for way in ways) + ' |')
+    print('|---' * (len(ways) + 3) + '|')
     for size in given.sizes:
+        case = [size, given.flights, given.pilot, given.first, given.second, given.ways]
         for seed in range(given.seed, given.seed + given.trials):
-            key = [size, seed, given.flights, given.pilot]
-            if not any(row['case'] == key for row in rows):
-                row = {'case': key, 'found': trial(size, seed, given.flights, given.pilot)}
+            if not any(row['case'] == case and row['seed'] == seed for row in rows):
+                row = {'case': case, 'seed': seed, 'found': trial(size, seed, given)}
                 rows.append(row)
                 with given.out.open('a') as file:
                     file.write(json.dumps(row) + '\n')
-        mine = [row['found'] for row in rows if row['case'][0] == size and row['case'][2:] == [given.flights, given.pilot]
-                and given.seed <= row['case'][1] < given.seed + given.trials and row['found']]
-        at = [f'{cell([row[way][0] for row in mine])}, {cell([row[way][-1] for row in mine])}' for way in WAYS]
+        seeds = range(given.seed, given.seed + given.trials)
+        mine = [row['found'] for row in rows if row['case'] == case and row['seed'] in seeds and row['found']]
+        at = [f'{cell([row[way][0] for row in mine])}, {cell([row[way][-1] for row in mine])}' for way in ways]
         print(f'| {size} | {len(mine)} | {cell([row["first"][-1] for row in mine])} | {" | ".join(at)} |', flush=True)
 
 

@@ -17,7 +17,7 @@ from advise_ros.core.site.prior import UNKNOWN, KeptRoute, SitePrior
 LEAST_DOUBT = 0.02
 
 
-class Evidence(NamedTuple):
+class SiteEvidence(NamedTuple):
     """All that speaks for a map, of this route and of those before.
 
     Attributes:
@@ -38,7 +38,7 @@ class Evidence(NamedTuple):
         return len(self.taken)
 
 
-def evidence_of(grid: Grid, prior: SitePrior) -> Evidence:
+def evidence_of(grid: Grid, prior: SitePrior) -> SiteEvidence:
     """What was kept, in the form that a belief is made from.
 
     Which moves are right depends on the waypoint that is next, and on nothing else of a route: flights of several routes
@@ -58,7 +58,7 @@ def evidence_of(grid: Grid, prior: SitePrior) -> Evidence:
     )
     price = as_prior(layout_of(grid), np.array(prior.before)) if prior.before else None
     moves = np.concatenate([*taken, np.zeros((0, N_ACTIONS), np.int64)])
-    return Evidence(_joined([*layouts, layout_of(grid)]), moves, answers, price)
+    return SiteEvidence(_joined([*layouts, layout_of(grid)]), moves, answers, price)
 
 
 def _layout(grid: Grid, route: KeptRoute) -> Layout:

@@ -36,11 +36,11 @@ def belief_of(grid: Grid, counts: Counts, advice: AdviceState, seed: int, prior:
         prior: what was learnt on other routes.
     """
     answers = _answers(advice)
-    belief = _remembered(Known(grid, counts.taken.astype(np.int64).tobytes(), seed, prior), answers)
+    belief = _remembered(BeliefKey(grid, counts.taken.astype(np.int64).tobytes(), seed, prior), answers)
     return replace(belief, answers=answers)  # Those of this route: their states are its own.
 
 
-class Known(NamedTuple):
+class BeliefKey(NamedTuple):
     """What a belief begins with: grid, moves (states, 4) as bytes, seed, what was learnt before."""
 
     grid: Grid
@@ -50,7 +50,7 @@ class Known(NamedTuple):
 
 
 @lru_cache(maxsize=16)
-def _remembered(known: Known, answers: tuple[SiteAnswer, ...]) -> SiteBelief:
+def _remembered(known: BeliefKey, answers: tuple[SiteAnswer, ...]) -> SiteBelief:
     """One more answer costs one more drawing of maps, not all of them again."""
     evidence, rng = evidence_of(known.grid, known.prior), np.random.default_rng([known.seed, len(answers)])
     if not answers:

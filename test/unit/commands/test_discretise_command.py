@@ -42,6 +42,7 @@ def test_good_recordings_are_kept_when_another_fails(tmp_path: Path, capsys: pyt
         (['--grid', GRID, '--hysteresis-m', '1.0'], "'hysteresis_m' is 1; it must be below half a cell"),
         (['--grid', GRID, '--max-gap-s', '-1'], "parameter 'max_gap_s' is -1.0; allowed: 0.05 to 3600"),
         (['--grid', GRID, '--out', '/no/such/folder/x.json'], 'cannot be written'),
+        (['--grid', GRID, '--obstacle-map', 'none.yaml'], 'map file none.yaml: there is no such file'),
         (['--grid', str(ROOT / 'config/grid_demo.yaml')], 'gives no demonstration on this grid'),
     ],
 )

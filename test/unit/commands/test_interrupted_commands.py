@@ -8,7 +8,7 @@ from typing import NoReturn
 
 import pytest
 
-from advise_ros.commands import answer, discretise, replay
+from advise_ros.commands import answer, discretise, replay, site_map
 from support.paths import ROOT
 
 GRID = str(ROOT / 'config' / 'grid_6x6.yaml')
@@ -24,6 +24,7 @@ def interrupted(*_: object, **__: object) -> NoReturn:
     [
         (discretise.run, (discretise, 'harvest'), ['flight.tlog', '--grid', GRID, '--out', '{tmp}/demos.json']),
         (replay.run, (replay, 'check'), ['bag', '--json', '{tmp}/verdict.json']),
+        (site_map.run, (site_map, 'read_session'), ['bag', '--out', '{tmp}/site.yaml']),
         (answer.run, (answer, '_answer'), ['--undo']),
     ],
 )

@@ -59,6 +59,15 @@ def test_the_page_is_a_switch(launch_file: ModuleType) -> None:
     assert 'grid_file' not in nodes(launch_file, params_file='my.yaml', console='true')['console'].parameters[1]
 
 
+def test_maps_go_to_every_node_that_plans_ways_and_the_site_to_the_learner(launch_file: ModuleType) -> None:
+    found = nodes(launch_file, obstacle_map_file='map.yaml', site_map_file='site.yaml', site_map_out='site.yaml')
+    given = {name for name, node in found.items() if node.parameters[1].get('obstacle_map_file') == 'map.yaml'}
+    assert given == {'recorder', 'advise', 'policy', 'pilot', 'expert'}
+    of_site = {name for name, node in found.items() if 'site_map_file' in node.parameters[1]}
+    assert of_site == {'advise'} and found['advise'].parameters[1]['site_map_out'] == 'site.yaml'
+    assert not any('obstacle_map_file' in node.parameters[1] for node in nodes(launch_file).values())
+
+
 def test_rviz_shows_the_shipped_view(launch_file: ModuleType) -> None:
     assert nodes(launch_file, rviz='true')['rviz2'].arguments == ['-d', '/share/advise_ros/config/advise.rviz']
 
