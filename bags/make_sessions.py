@@ -155,7 +155,7 @@ def _stamped(message: PoseStamped, stamp_ns: int) -> PoseStamped:
 
 def _tell(bag: SessionBag, session: Session, answer: Answer) -> tuple[int, ...]:
     """Log an answer; returns the earlier ones that it contradicts."""
-    outcome = session.tell(answer)
+    outcome = session.submit(answer)
     assert outcome.record is not None, outcome
     bag.put('/advise/advice_log', convert_advice.advice_to_msg(outcome.record, bag.now_ns))
     return outcome.contradicts

@@ -63,7 +63,7 @@ def main() -> None:
         session.adopt(work.run())
         sys.setprofile(None)
         if number == 0 and session.query is not None:
-            session.tell(Answer(session.query.query_id, Verdict.ANSWER, (1,), (3,)))
+            session.submit(Answer(session.query.query_id, Verdict.ANSWER, (1,), (3,)))
     print(f'{len(passed.files)} files, {len(passed.functions)} functions, {passed.changes} calls from one file to another\n')
     print('| file | functions, and how often each |\n| --- | --- |')
     for file in passed.files:

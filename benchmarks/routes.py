@@ -117,7 +117,7 @@ def _interview(trial: Trial, acquisition: str, *, fly_plan: bool = False) -> lis
         curve.append(judge(trial.site, greedy).success)
         if session.query is None or len(curve) > MOST_ANSWERS:
             return curve
-        session.tell(trial.expert.answer(session.query))
+        session.submit(trial.expert.answer(session.query))
 
 
 WAYS: dict[str, Callable[[Trial], list[bool]]] = {

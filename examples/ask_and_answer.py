@@ -21,4 +21,4 @@ while (work := session.snapshot()) is not None:
     print('the policy reaches', flown.waypoints_reached, 'of', len(grid.waypoints), 'waypoints')
     if session.query is not None:
         print(session.query.question)
-        print('  ', session.tell(expert.answer(session.query)).message)  # Or your own: Answer(query_id, Verdict.ANSWER, ...)
+        print('  ', session.submit(expert.answer(session.query)).message)  # Or your own: Answer(query_id, Verdict.ANSWER, ...)

@@ -222,7 +222,7 @@ class AdviseNode(Node):
     # -- services ----------------------------------------------------------------------------
     def _on_answer(self, request: srv.AnswerQuery.Request, response: srv.AnswerQuery.Response) -> srv.AnswerQuery.Response:
         answer = convert_advice.answer_from_request(request)
-        outcome = self._commit(lambda session: session.tell(answer))
+        outcome = self._commit(lambda session: session.submit(answer))
         self.get_logger().info(f'answer to query {answer.query_id}: {outcome.message}')
         return convert_advice.fill_answer(response, outcome)
 

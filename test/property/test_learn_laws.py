@@ -87,13 +87,13 @@ def test_what_is_taken_back_was_never_told(seed: int, data: st.DataObject) -> No
     told, silent = ready(seed % 1000), ready(seed % 1000)
     for _ in range(data.draw(st.integers(0, 2))):
         for session in (told, silent):
-            session.tell(answer(session))
+            session.submit(answer(session))
             learn_now(session)
     assert told.query is not None
     one_state = len(told.query.states) == 1
     verdict = data.draw(st.sampled_from([verdict for verdict in Verdict if verdict is not Verdict.SPLIT or not one_state]))
     part = told.query.states[:1] if verdict is Verdict.SPLIT else ()
-    told.tell(replace(answer(told, verdict=verdict), part=part))
+    told.submit(replace(answer(told, verdict=verdict), part=part))
     learn_now(told)
     told.undo()
     with_undo, without = learn_now(told), silent.learned

@@ -211,7 +211,7 @@ class SessionBag:
         assert learned.query is not None
         good = optimal_actions(GRID, learned.query.states[0])
         bad = tuple(action for action in range(4) if action not in good)
-        outcome = session.tell(Answer(learned.query.query_id, 0, good[:1], bad))
+        outcome = session.submit(Answer(learned.query.query_id, 0, good[:1], bad))
         assert outcome.record is not None, outcome
         self.put('/advise/advice_log', convert_advice.advice_to_msg(outcome.record, self.now_ns))
 

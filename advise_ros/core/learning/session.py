@@ -151,14 +151,14 @@ class Session:
 
     # -- answers -----------------------------------------------------------------------------
     def check(self, answer: Answer) -> Outcome:
-        """What `tell` would reply; commits nothing."""
+        """What `submit` would reply; commits nothing."""
         query = self._query
         if query is None or answer.query_id != query.query_id:
             return self._refuse(*self._not_open(answer.query_id))
         wrong = self._too_many(answer) or fault(answer) or part_fault(answer, query)
         return self._refuse(*wrong) if wrong else self._weigh(answer, query)
 
-    def tell(self, answer: Answer) -> Outcome:
+    def submit(self, answer: Answer) -> Outcome:
         """Take an answer to the open question, or say why not."""
         outcome = self.check(answer)
         if outcome.record is not None:

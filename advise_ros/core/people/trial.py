@@ -109,7 +109,7 @@ def follow(
     )
     curve = [_succeeds(grid, settings, _learn(session))]
     while session.query is not None and len(curve) <= settings.answers:
-        session.tell(expert.answer(session.query))
+        session.submit(expert.answer(session.query))
         curve.append(_succeeds(grid, settings, _learn(session)))
     return tuple(curve)
 

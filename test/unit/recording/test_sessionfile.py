@@ -166,12 +166,12 @@ def test_an_answer_that_cannot_be_written_did_not_happen(tmp_path: Path) -> None
     before = (tmp_path / 'session.jsonl').read_bytes()
     answer = Answer(1, Verdict.ANSWER, (0,), (1,))
     with disk_full_at(len(before) + 20):
-        outcome = saved.commit(lambda session: session.tell(answer), 5)
+        outcome = saved.commit(lambda session: session.submit(answer), 5)
     assert (outcome.accepted, outcome.code, outcome.record) == (False, Code.NOT_SAVED, None)
     assert 'cannot be written' in outcome.message
     assert (tmp_path / 'session.jsonl').read_bytes() == before
     assert saved.session.log == ()
-    assert saved.commit(lambda session: session.tell(answer), 6).accepted
+    assert saved.commit(lambda session: session.submit(answer), 6).accepted
     saved.close()
 
 
@@ -184,7 +184,7 @@ def test_a_query_id_that_cannot_be_written_is_told(tmp_path: Path) -> None:
 
 def test_a_restored_session_learns_the_same_and_uses_no_query_id_again(tmp_path: Path) -> None:
     first = asking(tmp_path / 'session.jsonl')
-    first.commit(lambda session: session.tell(Answer(1, Verdict.ANSWER, (0,), (1,))), 5)
+    first.commit(lambda session: session.submit(Answer(1, Verdict.ANSWER, (0,), (1,))), 5)
     learn(first)
     first.close()
     second = asking(tmp_path / 'session.jsonl')
@@ -200,6 +200,6 @@ def test_without_a_file_nothing_is_kept() -> None:
     saved = SavedSession(Session(GRID_4X4, BY_CLUSTERS), '')
     saved.session.add(walk(GRID_4X4, 0))
     learn(saved)
-    assert saved.commit(lambda session: session.tell(Answer(1, Verdict.SKIP)), 5).accepted
+    assert saved.commit(lambda session: session.submit(Answer(1, Verdict.SKIP)), 5).accepted
     assert saved.loaded.entries == ()
     saved.close()

@@ -81,7 +81,7 @@ def test_enough_advice_ends_the_questions_and_is_said() -> None:
 def test_questions_about_clusters_end_with_the_clusters() -> None:
     asking = ready(settings=replace(BY_CLUSTERS, enough=100.0))
     while asking.query is not None:
-        asking.tell(answer(asking, avoided=(WEST,)))
+        asking.submit(answer(asking, avoided=(WEST,)))
         left = learn_now(asking)
     assert left.doubt_left == 0.0 and not left.enough_advice
     assert len(asking.advice.answers) >= 6

@@ -10,7 +10,7 @@ import pytest
 
 from advise_ros.core.advice.advice import AdviceRecord, Answer, Code, Verdict
 from advise_ros.core.errors import InputError
-from advise_ros.core.learning.learner import LearnSettings
+from advise_ros.core.irl.settings import LearnSettings
 from advise_ros.core.learning.session import Session, Work
 from support.learning import (
     BY_CLUSTERS,
@@ -34,7 +34,7 @@ def test_nothing_to_learn_before_the_first_demonstration() -> None:
     session = Session(ROUND_TRIP, BY_CLUSTERS)
     assert session.snapshot() is None
     assert session.query is None
-    assert session.tell(Answer(1, Verdict.SKIP)).code == Code.UNKNOWN_QUERY
+    assert session.submit(Answer(1, Verdict.SKIP)).code == Code.UNKNOWN_QUERY
 
 
 def test_a_demonstration_on_another_grid_is_refused_in_words() -> None:
@@ -67,7 +67,7 @@ def test_when_nothing_stands_there_is_nothing_to_learn_until_the_next_flight() -
     learned = learn_now(session)
     session.add(taken_back(first))
     assert (session.standing, session.snapshot(), session.learned) == ((), None, learned)
-    assert session.tell(answer(session)).accepted, 'what is said about states holds whatever was flown'
+    assert session.submit(answer(session)).accepted, 'what is said about states holds whatever was flown'
     session.add(second)
     assert learn_now(session).log_length == 1
 
@@ -75,7 +75,7 @@ def test_when_nothing_stands_there_is_nothing_to_learn_until_the_next_flight() -
 def test_an_accepted_answer_closes_its_question_and_asks_for_learning() -> None:
     session = ready()
     asked = session.query
-    outcome = session.tell(answer(session))
+    outcome = session.submit(answer(session))
     assert (outcome.accepted, outcome.code) == (True, Code.OK)
     assert outcome.record is not None
     assert asked is not None
@@ -107,7 +107,7 @@ def test_an_accepted_answer_closes_its_question_and_asks_for_learning() -> None:
 def test_wrong_answers_have_their_code_and_change_nothing(given: dict[str, Any], code: Code, words: str) -> None:
     session = ready()
     told = replace(answer(session), **given)
-    outcome = session.tell(told)
+    outcome = session.submit(told)
     assert (outcome.accepted, outcome.code, outcome.record) == (False, code, None)
     assert re.search(words, outcome.message)
     assert session.log == ()
@@ -118,10 +118,10 @@ def test_wrong_answers_have_their_code_and_change_nothing(given: dict[str, Any],
 def test_a_second_answer_comes_too_late_before_and_after_learning() -> None:
     session = ready()
     told = answer(session)
-    session.tell(told)
-    assert session.tell(told).code == Code.ALREADY_ANSWERED
+    session.submit(told)
+    assert session.submit(told).code == Code.ALREADY_ANSWERED
     learn_now(session)
-    assert session.tell(told).code == Code.ALREADY_ANSWERED
+    assert session.submit(told).code == Code.ALREADY_ANSWERED
 
 
 def test_a_question_replaced_by_a_newer_one_is_stale() -> None:
@@ -130,14 +130,14 @@ def test_a_question_replaced_by_a_newer_one_is_stale() -> None:
     session.add(flights(9)[0])
     assert session.check(old).accepted, 'still open until the new policy is there'
     learn_now(session)
-    assert session.tell(old).code == Code.STALE_QUERY
+    assert session.submit(old).code == Code.STALE_QUERY
 
 
 def test_the_budget_counts_answers_and_not_skips() -> None:
     session = ready(budget=1)
-    assert session.tell(answer(session, (), (), Verdict.SKIP)).budget_left == 1
+    assert session.submit(answer(session, (), (), Verdict.SKIP)).budget_left == 1
     learn_now(session)
-    assert session.tell(answer(session)).budget_left == 0
+    assert session.submit(answer(session)).budget_left == 0
     assert learn_now(session).query is None
     assert session.undo().budget_left == 1
     assert learn_now(session).query is not None
@@ -148,7 +148,7 @@ def test_a_spent_budget_refuses_answers_that_are_still_open() -> None:
     assert session.query is None
     late = ready()
     late.budget = 0
-    assert late.tell(answer(late)).code == Code.BUDGET_SPENT
+    assert late.submit(answer(late)).code == Code.BUDGET_SPENT
 
 
 @pytest.mark.parametrize('verdict', [Verdict.SKIP, Verdict.UNSURE])
@@ -157,7 +157,7 @@ def test_a_question_passed_over_is_not_asked_again_and_advises_nothing(verdict: 
     before, passed = session.learned, session.query
     assert before is not None
     assert passed is not None
-    session.tell(answer(session, (NORTH,), (SOUTH,), verdict))
+    session.submit(answer(session, (NORTH,), (SOUTH,), verdict))
     assert session.log[0].preferred == ()
     learned = learn_now(session)
     assert learned.greedy.tolist() == before.greedy.tolist()
@@ -169,7 +169,7 @@ def test_a_mixed_cluster_is_asked_about_in_halves() -> None:
     session = ready()
     passed = session.query
     assert passed is not None
-    session.tell(answer(session, (), (), Verdict.MIXED))
+    session.submit(answer(session, (), (), Verdict.MIXED))
     learned = learn_now(session)
     assert len(set(learned.clusters[list(passed.states)].tolist())) == 2
     assert learned.clusters.max() == BY_CLUSTERS.clusters, 'one more than before, counted from 0'
@@ -178,7 +178,7 @@ def test_a_mixed_cluster_is_asked_about_in_halves() -> None:
 def test_undo_takes_the_last_answer_that_holds_and_retract_any() -> None:
     session = ready()
     for _ in range(3):
-        session.tell(answer(session))
+        session.submit(answer(session))
         learn_now(session)
     undone = session.undo()
     assert (undone.code, undone.message) == (Code.OK, 'answer 3 is taken back')
@@ -193,12 +193,12 @@ def test_undo_takes_the_last_answer_that_holds_and_retract_any() -> None:
 def test_undo_withdraws_the_open_question_and_asks_the_old_one_again() -> None:
     session = ready()
     first = session.query
-    session.tell(answer(session))
+    session.submit(answer(session))
     learn_now(session)
     second = answer(session)
     session.undo()
     assert session.query is None
-    assert session.tell(second).code == Code.STALE_QUERY
+    assert session.submit(second).code == Code.STALE_QUERY
     again = learn_now(session).query
     assert first is not None
     assert again is not None
@@ -207,7 +207,7 @@ def test_undo_withdraws_the_open_question_and_asks_the_old_one_again() -> None:
 
 def test_a_result_that_is_out_of_date_is_not_adopted() -> None:
     session = ready()
-    session.tell(answer(session))
+    session.submit(answer(session))
     work = session.snapshot()
     assert work is not None
     session.add(flights(9)[0])
@@ -225,7 +225,7 @@ def test_a_preview_learns_without_committing() -> None:
     would = preview.run()
     assert session.log == ()
     assert session.snapshot() is None
-    session.tell(answer(session))
+    session.submit(answer(session))
     assert learn_now(session).digest == would.digest
     refused = session.preview(Answer(99, Verdict.ANSWER))
     assert not isinstance(refused, Work)
@@ -240,14 +240,14 @@ def _asked_again(settings: LearnSettings) -> tuple[Session, Answer]:
     session.restore((record(1, query.states[:1], (EAST,), (WEST,)),))
     learn_now(session)
     while session.query is not None and query.states[0] not in session.query.states:
-        session.tell(answer(session, (), (), Verdict.SKIP))
+        session.submit(answer(session, (), (), Verdict.SKIP))
         learn_now(session)
     return session, answer(session, (WEST,), (EAST,))
 
 
 def test_elastic_advice_notes_a_contradiction_and_goes_on() -> None:
     session, opposed = _asked_again(LearnSettings(acquisition='occupancy', clusters=4))
-    outcome = session.tell(opposed)
+    outcome = session.submit(opposed)
     assert (outcome.accepted, outcome.code, outcome.contradicts) == (True, Code.OK, (1,))
     assert 'contradicts earlier answers: 1' in outcome.message
     assert outcome.record is not None
@@ -256,14 +256,14 @@ def test_elastic_advice_notes_a_contradiction_and_goes_on() -> None:
 
 def test_strict_advice_refuses_a_contradiction() -> None:
     session, opposed = _asked_again(LearnSettings(acquisition='occupancy', clusters=4, slack_cost=0.0))
-    outcome = session.tell(opposed)
+    outcome = session.submit(opposed)
     assert (outcome.accepted, outcome.code, outcome.contradicts) == (False, Code.CONTRADICTION, (1,))
 
 
 def test_a_restored_session_goes_on_where_it_stopped() -> None:
     session = ready()
     for _ in range(2):
-        session.tell(answer(session))
+        session.submit(answer(session))
         newest = learn_now(session)
     restored = Session(ROUND_TRIP, BY_CLUSTERS)
     for flight in flights(0):
@@ -296,7 +296,7 @@ def test_a_drawn_split_is_asked_about_in_its_two_parts() -> None:
     asked = session.query
     assert asked is not None and len(asked.states) > 2
     part, rest = asked.states[:2], asked.states[2:]
-    outcome = session.tell(replace(answer(session, (), (), Verdict.SPLIT), part=part))
+    outcome = session.submit(replace(answer(session, (), (), Verdict.SPLIT), part=part))
     assert outcome.record is not None and (outcome.record.states, outcome.record.verdict) == (part, Verdict.SPLIT)
     learned = learn_now(session)
     assert {len(set(learned.clusters[list(states)])) for states in (part, rest)} == {1}
@@ -311,5 +311,5 @@ def test_a_split_must_name_some_of_the_states(part: str) -> None:
     assert session.query is not None
     states = session.query.states
     drawn = {'none': (), 'all': states, 'others': (*states[:1], max(states) + 1), 'twice': states[:1] * 2}[part]
-    outcome = session.tell(replace(answer(session, (), (), Verdict.SPLIT), part=drawn))
+    outcome = session.submit(replace(answer(session, (), (), Verdict.SPLIT), part=drawn))
     assert (outcome.accepted, outcome.code) == (False, Code.INVALID_PART)

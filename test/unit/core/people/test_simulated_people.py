@@ -117,7 +117,7 @@ def test_every_answer_of_the_expert_is_accepted() -> None:
     session = ready()
     expert = SimulatedExpert(ROUND_TRIP, np.random.default_rng(0), error_rate=0.5, skip_rate=0.2)
     assert session.query is not None
-    assert session.tell(expert.answer(session.query)).accepted
+    assert session.submit(expert.answer(session.query)).accepted
 
 
 def test_a_trial_repeats_itself() -> None:

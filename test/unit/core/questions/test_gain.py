@@ -110,7 +110,7 @@ def test_the_learner_asks_on_after_every_cluster_was_asked_and_no_question_twice
     for _ in range(5):
         assert session.query is not None
         asked.append(session.query.states)
-        session.tell(answer(session, avoided=(WEST,)))
+        session.submit(answer(session, avoided=(WEST,)))
         learn_now(session)
     assert len(set(asked)) == 5
 

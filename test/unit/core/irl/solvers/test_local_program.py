@@ -132,13 +132,13 @@ def test_a_session_previews_roughly_where_that_is_quicker_and_learns_exactly(mon
     assert rough.gap <= local_preview.ROUGH
     work = replace(work, settings=replace(work.settings, solver='highs'))
     assert work.run().solver == 'highs', 'a solver that was named is the one that is asked'
-    assert session.tell(answer(session)).accepted
+    assert session.submit(answer(session)).accepted
     learned = learn_now(session)
     assert (learned.solver, learned.gap <= EXACT) == ('highs', True)
     assert rough.objective <= learned.objective * (1 + 1e-9)
     monkeypatch.setattr(local_preview, 'QUICK', learned.grid.n_states)
     fresh = ready()
-    assert fresh.tell(answer(fresh)).accepted
+    assert fresh.submit(answer(fresh)).accepted
     again = learn_now(fresh)
     assert (again.digest, again.value.tobytes()) == (learned.digest, learned.value.tobytes())
     assert again.solved is None
