@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import fields
 
 from advise_ros.config import AdviseConfig
-from advise_ros.core.learning.learner import LearnSettings
+from advise_ros.core.irl.settings import LearnSettings
 
 
 def learn_settings(config: AdviseConfig) -> LearnSettings:

@@ -25,7 +25,7 @@ from scipy.stats import binomtest
 
 from advise_ros.core.demonstrations.action_counts import count
 from advise_ros.core.demonstrations.demonstration import Demonstration
-from advise_ros.core.learning.learner import LearnSettings
+from advise_ros.core.irl.settings import LearnSettings
 from advise_ros.core.learning.session import Session
 from advise_ros.core.numerics import Bools, Ints
 from advise_ros.core.people.simulated_expert import SimulatedExpert

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from advise_ros.core.learning.learner import LearnSettings
+from advise_ros.core.irl.settings import LearnSettings
 from advise_ros.core.learning.session import Session
 from advise_ros.core.people.simulated_expert import SimulatedExpert
 from advise_ros.core.people.simulated_pilot import SimulatedPilot, demonstrate

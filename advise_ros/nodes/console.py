@@ -12,6 +12,7 @@ from advise_ros.console.protection import Gate
 from advise_ros.console.requests import RequestDispatcher
 from advise_ros.console.server import HOST, PageServer, bind
 from advise_ros.recording.gridfile import load_grid
+from advise_ros import exits
 from advise_ros.ros import diagnostics, parameters, run
 
 WATCH_S = 0.5
@@ -50,7 +51,7 @@ class ConsoleNode(Node):
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self._start = self.create_timer(0.0, self._on_start, clock=steady)
         self.create_timer(WATCH_S, self._watch, clock=steady)
-        self.exit_code = run.OK
+        self.exit_code = exits.OK
 
     def _on_start(self) -> None:
         self._start.cancel()
@@ -61,7 +62,7 @@ class ConsoleNode(Node):
     def _watch(self) -> None:
         if self._server.failure:
             self.get_logger().error(self._server.failure)
-            self.exit_code = run.VERDICT_NO
+            self.exit_code = exits.VERDICT_NO
             rclpy.try_shutdown()
 
     def close(self) -> None:

@@ -20,6 +20,7 @@ from advise_ros.recording.background import MIB, BackgroundWriter, BagEntry, Wri
 from advise_ros.recording.definitions import definition
 from advise_ros.recording.records import PARAMETERS_RECORD, PLATFORM_RECORD, READ_AT
 from advise_ros.recording.writer import BagWriter
+from advise_ros import exits
 from advise_ros.ros import diagnostics, parameters, run, topics
 from advise_ros.ros.diagnostics import Diagnostics
 from advise_ros.ros.parameter_watch import ParameterWatch
@@ -55,7 +56,7 @@ class LoggerNode(Node):
         self.config = parameters.load(self, LoggerConfig)
         if not self.config.bag:
             raise InputError("parameter 'bag' is empty; name the directory to write, e.g. -p bag:=session1")
-        self.exit_code = run.OK
+        self.exit_code = exits.OK
         self._diagnostics = Diagnostics(self)
         self._told_end = False
         self._opened: set[str] = set()
@@ -141,7 +142,7 @@ class LoggerNode(Node):
         if self._told_end:
             return
         self._told_end = True
-        self.exit_code = run.VERDICT_NO
+        self.exit_code = exits.VERDICT_NO
         text = f'recording into {self.config.bag} stopped: {problem}; free some space and start the logger again'
         self.get_logger().error(text)
         self._diagnostics.set(diagnostics.ERROR, text)
@@ -152,9 +153,9 @@ class LoggerNode(Node):
         self._take()  # What came during the first.
         self._writer.close()
         if self._writer.problem is not None:
-            self.exit_code = run.VERDICT_NO
+            self.exit_code = exits.VERDICT_NO
             if not self._told_end:
-                run.fail(f'bag {self.config.bag} could not be finished: {self._writer.problem}; free some space')
+                exits.fail(f'bag {self.config.bag} could not be finished: {self._writer.problem}; free some space')
 
 
 def main() -> None:

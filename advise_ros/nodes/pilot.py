@@ -27,6 +27,7 @@ from advise_ros.core.people.simulated_pilot import SimulatedPilot
 from advise_ros.core.units import ZERO
 from advise_ros.nodes.route_grid import grid_of
 from advise_ros.recording.wishfile import load_wish
+from advise_ros import exits
 from advise_ros.ros import parameters, qos, run
 from advise_ros.ros.clock_watch import ClockWatch
 from advise_ros.ros.convert import vehicle_from_msg
@@ -81,7 +82,7 @@ class PilotNode(Node):
         self._stop_reply: Future | None = None
         self._audience = self._nodes_to_hear()
         self._audible_s: float | None = None
-        self.exit_code = run.OK
+        self.exit_code = exits.OK
         self._diagnostics = Diagnostics(self)
         self._make_entities()
 
@@ -148,7 +149,7 @@ class PilotNode(Node):
     def _finish(self) -> None:
         """Leave: the process ends with the node."""
         if self._mission.stage == MissionStage.FAILED:
-            self.exit_code = run.VERDICT_NO
+            self.exit_code = exits.VERDICT_NO
             self.get_logger().error(self._mission.failure)
         rclpy.try_shutdown()
 

@@ -164,6 +164,3 @@ def _demonstrations(grid: Grid, arrays: Mapping[str, Any]) -> tuple[Demonstratio
         )
         for begin, end, identity, source, notes, window, reason, counts, gap_s in zip(begins[:-1], begins[1:], *rest, strict=True)
     )
-
-
-__all__ = ['Dataset', 'is_dataset', 'load_dataset', 'save_dataset']

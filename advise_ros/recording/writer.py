@@ -15,8 +15,6 @@ from advise_ros.recording import metadata
 from advise_ros.recording.definitions import Definition
 from advise_ros.recording.mcapwriter import COMPRESSIONS, DEFAULT_CHUNK_BYTES, McapWriter
 
-__all__ = ['COMPRESSIONS', 'BagWriter']
-
 
 @dataclass
 class _Topic:

@@ -326,7 +326,3 @@ def _missing_query(queries: Stage, session: RecordedSession, episode: Episode, l
         return
     number = learned.query.query_id if learned.query else 0
     queries.count(f'{session.namespace}/advise/query at {at(episode.policy.stamp_ns)}: nothing, expected query {number}')
-
-
-
-__all__ = ['Episode', 'episodes', 'learning_stages']

@@ -58,6 +58,3 @@ def load(node: Node, config_class: type[ConfigT]) -> ConfigT:
 def as_text(values: object) -> dict[str, str]:
     """Name -> value as text, for logs and bags."""
     return {spec.name: str(getattr(values, spec.name)) for spec in fields(values)}  # type: ignore[arg-type]
-
-
-__all__ = ['InputError', 'as_text', 'load']

@@ -18,10 +18,8 @@ from rclpy.signals import SignalHandlerOptions
 
 from advise_ros import config
 from advise_ros.core.errors import AdviseError
-from advise_ros.exits import OK, USAGE, VERDICT_NO, fail
+from advise_ros.exits import OK, fail
 from advise_ros.ros import arguments, introspection
-
-__all__ = ['OK', 'USAGE', 'VERDICT_NO', 'fail', 'help_text', 'run_node']
 
 
 def help_text(name: str, doc: str, config_class: type[Any]) -> str:

@@ -12,7 +12,8 @@ from hypothesis import given, settings
 
 from advise_ros.core.advice.advice import AdviceRecord, Verdict
 from advise_ros.core.demonstrations.demonstration import Demonstration
-from advise_ros.core.learning.learner import Learned, LearnSettings, learn
+from advise_ros.core.irl.settings import LearnSettings
+from advise_ros.core.learning.learner import Learned, learn
 from support.learning import BY_CLUSTERS, ROUND_TRIP, answer, flights, learn_now, ready
 
 SEEDS = st.integers(0, 2**32 - 1)

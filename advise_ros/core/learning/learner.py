@@ -28,8 +28,6 @@ from advise_ros.core.questions.query import Numbering, next_query
 from advise_ros.core.site import SITE
 from advise_ros.core.site.prior import NOTHING, SitePrior, kept_route
 
-__all__ = ['LearnSettings', 'Learned', 'learn']
-
 
 @dataclass(frozen=True)
 class Learned:

@@ -8,8 +8,6 @@ from typing import NamedTuple
 from advise_ros.core.grid.grid import Grid
 from advise_ros.core.planning.routes import shortest_route
 
-__all__ = ['Rollout', 'rollout', 'shortest_route', 'step_budget']
-
 
 class Rollout(NamedTuple):
     """One flight of a policy.

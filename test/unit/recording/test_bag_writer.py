@@ -27,7 +27,8 @@ from advise_ros.recording import platform, source_digest
 from advise_ros.recording.definitions import definition
 from advise_ros.recording.messages import Bag, Codec
 from advise_ros.recording.recover import Salvage
-from advise_ros.recording.writer import COMPRESSIONS, BagWriter
+from advise_ros.recording.writer import BagWriter
+from advise_ros.recording.mcapwriter import COMPRESSIONS
 from advise_ros.ros.cdr import to_cdr
 
 INFINITE = QosTime(9223372036, 854775807)

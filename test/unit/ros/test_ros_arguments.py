@@ -10,6 +10,7 @@ from advise_ros.commands import answer
 from advise_ros.config import GuardConfig
 from advise_ros.core.errors import InputError
 from advise_ros.nodes.guard import Guard
+from advise_ros import exits
 from advise_ros.ros import arguments, run
 
 MALFORMED = [
@@ -54,5 +55,5 @@ def test_what_is_not_for_ros_is_left() -> None:
 def test_nodes_and_commands_exit_by_the_code_for_wrong_usage(
     start: Callable[[list[str]], int], capfd: pytest.CaptureFixture[str]
 ) -> None:
-    assert start(['--ros-args', '-r', '__ns:=drone1']) == run.USAGE
+    assert start(['--ros-args', '-r', '__ns:=drone1']) == exits.USAGE
     assert 'error: ROS argument' in capfd.readouterr().err

@@ -14,8 +14,6 @@ from advise_ros.core.errors import AdviseError, InputError
 from advise_ros.core.irl.program import EXACT, InfeasibleError, Problem, Solution
 from advise_ros.core.irl.solvers import highs, packaged
 
-__all__ = ['AUTO', 'SOLVERS', 'InfeasibleError', 'solve']
-
 AUTO = 'auto'
 # Up to so many states a vertex by the simplex method takes no time that a person notices.
 SMALL = 256

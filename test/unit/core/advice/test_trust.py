@@ -9,7 +9,8 @@ import pytest
 
 from advise_ros.core.advice.advice import Verdict
 from advise_ros.core.advice.state import advice_state, agreed, doubtful
-from advise_ros.core.learning.learner import LearnSettings, learn
+from advise_ros.core.irl.settings import LearnSettings
+from advise_ros.core.learning.learner import learn
 from support.learning import BY_CLUSTERS, CORRIDOR, EAST, NORTH, WEST, answer, demonstration, learn_now, ready, record
 
 TAKEN = np.array([[2, 34, 2, 2]] * 2 + [[9, 1, 1, 1], [0, 0, 0, 0]])

@@ -8,7 +8,8 @@ import pytest
 from advise_ros.config import AdviseConfig
 from advise_ros.core.demonstrations.action_counts import count
 from advise_ros.core.errors import InputError
-from advise_ros.core.learning.learner import LearnSettings, learn
+from advise_ros.core.learning.learner import learn
+from advise_ros.core.irl.settings import LearnSettings
 from advise_ros.core.planning.process import occurring
 from advise_ros.core.planning.rollout import rollout
 from advise_ros.core.planning.routes import optimal_table

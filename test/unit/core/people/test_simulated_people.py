@@ -9,7 +9,7 @@ from advise_ros.core.advice.advice import Query, Verdict
 from advise_ros.core.demonstrations.demonstration import EndReason
 from advise_ros.core.errors import InputError
 from advise_ros.core.grid.grid import Grid
-from advise_ros.core.learning.learner import LearnSettings
+from advise_ros.core.irl.settings import LearnSettings
 from advise_ros.core.people.simulated_expert import SimulatedExpert
 from advise_ros.core.people.simulated_pilot import SimulatedPilot, demonstrate
 from advise_ros.core.people.trial import TrialSettings, run_trial

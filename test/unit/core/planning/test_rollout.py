@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from advise_ros.core.grid.grid import Grid, optimal_actions
-from advise_ros.core.planning.rollout import rollout, shortest_route, step_budget
+from advise_ros.core.planning.rollout import rollout, step_budget
+from advise_ros.core.planning.routes import shortest_route
 from advise_ros.core.planning.routes import optimal_table
 from support.learning import CORRIDOR, EAST, ROUND_TRIP, WEST
 
