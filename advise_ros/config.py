@@ -150,10 +150,6 @@ class AdviseConfig(LearnSettings, OnObstacleMap):
         '', 'YAML file that keeps what was learnt of the site, with a .pgm and a .json beside it, written with each policy; '
         'the same as site_map_file: goes on in it; empty: none',
     )
-    learn_when: str = parameter(
-        'demonstration', 'learn after each demonstration, or only when idle for learn_idle_s', choices=('demonstration', 'idle'),
-    )
-    learn_idle_s: float = parameter(1.0, 'quiet time before learning when learn_when is idle', low=0.0, high=3600.0)
     budget: int = parameter(-1, 'answers the person is willing to give, -1: unlimited', low=-1, high=1_000_000)
 
 

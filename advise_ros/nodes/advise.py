@@ -6,7 +6,6 @@ from collections.abc import Callable
 from functools import partial
 
 from rclpy.callback_groups import ReentrantCallbackGroup
-from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from rclpy.task import Future
 from std_srvs.srv import Trigger
@@ -28,7 +27,6 @@ from advise_ros.ros.worker import Finished, Worker
 from advise_ros.settings import learn_settings
 
 Status = msg.LearnerStatus
-
 
 
 class AdviseNode(Node):
@@ -74,10 +72,6 @@ class AdviseNode(Node):
         self._solve_s = 0.0
         self._wake = self.create_guard_condition(self._deliver)
         self._worker = Worker(self._wake.trigger)
-        self._quiet = self.create_timer(
-            max(self.config.learn_idle_s, 1e-3), self._on_quiet,
-            clock=Clock(clock_type=ClockType.STEADY_TIME), autostart=False,
-        )
         self._tell_restored()
         self._tell_site()
         self._load_file()
@@ -141,13 +135,6 @@ class AdviseNode(Node):
         moves = len(demonstration.states)
         told = f'{moves} moves' if moves else 'taken back'
         self.get_logger().info(f'demonstration {demonstration.demonstration_id}: {told}')
-        if self.config.learn_when == 'idle':
-            self._quiet.reset()
-        else:
-            self._learn()
-
-    def _on_quiet(self) -> None:
-        self._quiet.cancel()
         self._learn()
 
     # -- learning ----------------------------------------------------------------------------

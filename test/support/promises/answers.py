@@ -18,7 +18,6 @@ from support.walks import GRID_4X4
 
 ACCEPTED_AT_MOST = 20
 DEMONSTRATIONS = (0, 1)
-FAST = {'learn_when': 'demonstration'}
 
 
 class Crowd:
@@ -120,7 +119,7 @@ def _rest(learner: Learner, valid: int) -> int:
 
 
 def _learner(graph: Graph, grid_file: str) -> Learner:
-    learner = Learner(graph, grid_file, **FAST)
+    learner = Learner(graph, grid_file)
     learner.demonstrate(*DEMONSTRATIONS)
     learner.policy(len(DEMONSTRATIONS), 0)
     return learner
