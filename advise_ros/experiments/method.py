@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from advise_ros.core.irl.settings import LearnSettings, Terms
+from advise_ros.core.irl.settings import LearnSettings, SummedSettings, Terms
 from advise_ros.core.people.simulated_demonstrator import Demonstrator
 from advise_ros.core.people.simulated_expert import Expert
 from advise_ros.experiments.recorded import Recorded
@@ -100,11 +100,12 @@ class Protocol:
         """The learner's settings for a method; `seed` is the trial's."""
         own = method if isinstance(method, Variant) else Variant('')
         terms = self.terms if method.reading is None else self.terms._replace(reading=method.reading)
-        return LearnSettings(
+        settings = SummedSettings if self.score == 'sum' else LearnSettings
+        return settings(
             **terms._asdict(), clusters=self.clusters if method.clusters is None else method.clusters,
             cluster_features=method.features, laplace=self.laplace,
             temperature=self.temperature if own.temperature is None else own.temperature, w_p=self.w_p,
-            cluster_score=self.score, acquisition=method.acquisition, confirm=own.confirm, seed=seed,
+            acquisition=method.acquisition, confirm=own.confirm, seed=seed,
         )
 
 

@@ -57,7 +57,7 @@ EARLIER: Mapping[str, Mapping[str, Any]] = {
 }
 # Parameters that there are no more, with the only value that this version still has.
 REMOVED: Mapping[str, Mapping[str, Any]] = {
-    'AdviseConfig': {'clustering': 'k_means', 'method': 'own'},
+    'AdviseConfig': {'clustering': 'k_means', 'method': 'own', 'cluster_score': 'mean'},
 }
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 from advise_ros.core.parameter import parameter
 
@@ -31,7 +31,8 @@ class LearnSettings:
     laplace: float = parameter(1.0, 'pseudo-count of each action', low=1e-9, high=1e6)
     temperature: float = parameter(0.1, 'Boltzmann temperature of the policy', low=1e-6, high=1e6)
     w_p: float = parameter(0.5, 'weight of F (demonstrations) against G (policy)', low=0.0, high=1.0)
-    cluster_score: str = parameter('mean', 'U_c: mean (definition 4) or sum (algorithm 1)', choices=('mean', 'sum'))
+    # How U_c is made of U_s: the mean over a cluster, as definition 4 has it.
+    cluster_score: ClassVar[str] = 'mean'
     acquisition: str = parameter(
         'site', 'what is learnt and asked: site: cells to keep out of that the map does not show, and what saves most steps; '
         'paper: the most frequent actions, and the cluster with the highest U_c; occupancy: as paper, but U_s weighted by '
@@ -64,6 +65,12 @@ class LearnSettings:
         return Terms(
             self.reading, self.lambda_t, self.lambda_a, self.r_max, self.delta, self.margin_cap, self.slack_cost
         )
+
+
+class SummedSettings(LearnSettings):
+    """U_c is the sum over a cluster, as algorithm 1 prints it: a row of the sensitivity table, no parameter."""
+
+    cluster_score: ClassVar[str] = 'sum'
 
 
 class Terms(NamedTuple):
