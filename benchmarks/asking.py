@@ -21,15 +21,14 @@ from pathlib import Path
 import numpy as np
 from scipy.stats import binomtest, t
 
-from advise_ros.core.demonstrations.action_counts import count
-from advise_ros.core.demonstrations.demonstration import Demonstration
+from advise_ros.core.demonstrations.demonstration import Demonstration, count
 from advise_ros.core.grid.grid import Grid
 from advise_ros.core.learning import algorithm
 from advise_ros.core.numerics import Bools
 from advise_ros.core.people.simulated_pilot import SimulatedPilot, demonstrate
 from advise_ros.core.people.trial import TrialSettings, follow
 from advise_ros.core.planning.process import occurring, successors
-from advise_ros.core.planning.routes import optimal_table
+from advise_ros.core.planning.rollout import optimal_table
 from advise_ros.recording.gridfile import load_grid
 
 FOUR = load_grid(Path(__file__).parent.parent / 'config/grid_6x6.yaml')

@@ -113,10 +113,13 @@ def preview(case: Case, earlier: Any) -> Row:
 
 def parts(case: Case, solution: Any) -> Row:
     """Seconds of all else that a policy takes."""
-    from advise_ros.core.demonstrations.action_counts import Counts  # noqa: PLC0415
+    from advise_ros.core.demonstrations.demonstration import Counts  # noqa: PLC0415
     from advise_ros.core.irl.settings import LearnSettings  # noqa: PLC0415
-    from advise_ros.core.planning.finite_process import process_of  # noqa: PLC0415
-    from advise_ros.core.planning.process import boltzmann, plan  # noqa: PLC0415
+    from advise_ros.core.planning.process import (  # noqa: PLC0415
+        boltzmann,
+        plan,
+        process_of,
+    )
 
     # Their imports are no part of the program's memory.
     from advise_ros.core.questions.clusters import cluster_states  # noqa: PLC0415

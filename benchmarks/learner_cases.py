@@ -14,7 +14,7 @@ from advise_ros.core.irl.settings import Terms
 from advise_ros.core.numerics import Ints
 from advise_ros.core.people.simulated_expert import SimulatedExpert
 from advise_ros.core.planning.process import Mdp, mdp_of, occurring, terminal
-from advise_ros.core.planning.routes import optimal_table
+from advise_ros.core.planning.rollout import optimal_table
 
 SLIP, GAMMA = 0.1, 0.95
 # Shares of states that are demonstrated, and among those demonstrated wrongly, advised, and walls where there are any.

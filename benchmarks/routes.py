@@ -23,14 +23,13 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.stats import binomtest
 
-from advise_ros.core.demonstrations.action_counts import count
-from advise_ros.core.demonstrations.demonstration import Demonstration
+from advise_ros.core.demonstrations.demonstration import Demonstration, count
 from advise_ros.core.irl.settings import LearnSettings
 from advise_ros.core.learning.session import Session
 from advise_ros.core.numerics import Bools, Ints
 from advise_ros.core.people.simulated_expert import SimulatedExpert
 from advise_ros.core.planning.process import successors
-from advise_ros.core.planning.routes import optimal_table
+from advise_ros.core.planning.rollout import optimal_table
 from advise_ros.core.site.layout import layout_of
 from advise_ros.core.site.plan import plan
 from advise_ros.experiments.sites import SIZES, Site, expert_of, flights_of, judge, pilot_of, random_site

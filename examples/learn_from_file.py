@@ -5,8 +5,8 @@ The file is made by ./advise discretise bags/arducopter_five_flights --grid conf
 
 import sys
 
-from advise_ros.core.learning.learner import learn
 from advise_ros.core.irl.settings import LearnSettings
+from advise_ros.core.learning.learner import learn
 from advise_ros.recording.demofile import load_demonstrations
 from advise_ros.recording.gridfile import load_grid
 

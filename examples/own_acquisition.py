@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from advise_ros.core.learning.learner import learn
 from advise_ros.core.irl.settings import LearnSettings
+from advise_ros.core.learning.learner import learn
 from advise_ros.core.people.simulated_pilot import SimulatedPilot, demonstrate
 from advise_ros.core.questions.acquisition import ACQUISITIONS, cluster_uncertainty
 from advise_ros.recording.gridfile import load_grid

@@ -22,7 +22,7 @@ from advise_ros.exits import INTERRUPTED, OK, VERDICT_NO, fail
 from advise_ros.fair_clock import cpu_s
 from advise_ros.recording.gridfile import load_grid
 from advise_ros.report import page
-from advise_ros.ros import environment
+from advise_ros.ros.arguments import check_environment
 from advise_ros.ros.run import exit_now
 from advise_ros.settings import learn_settings
 from advise_ros.supervisor import Child, Supervisor, executable
@@ -186,7 +186,7 @@ def main() -> None:
     """Entry point of `demo`."""
     try:
         options = parse()
-        environment.check()
+        check_environment()
         code = run(options, DemoConsole())
     except InputError as problem:
         code = fail(str(problem))

@@ -15,9 +15,8 @@ from advise_ros.core.errors import AdviseError, InputError
 from advise_ros.exits import INTERRUPTED, OK, VERDICT_NO, fail
 from advise_ros.replay.against import against, load_baseline
 from advise_ros.replay.check import check
-from advise_ros.replay.junit import to_junit
 from advise_ros.replay.overrides import parse
-from advise_ros.replay.report import ReplayReport, show
+from advise_ros.replay.report import ReplayReport, show, to_junit
 
 REPORT_COLUMNS = 120  # Where the terminal does not tell its width.
 

@@ -19,8 +19,7 @@ from advise_ros.console.advice_history import AdviceHistory
 from advise_ros.console.board import Board
 from advise_ros.console.settings import LearnerSettings
 from advise_ros.core.advice.advice import Query
-from advise_ros.core.demonstrations.action_counts import count
-from advise_ros.core.demonstrations.demonstration import Demonstration, known, standing
+from advise_ros.core.demonstrations.demonstration import Demonstration, count, known, standing
 from advise_ros.core.errors import AdviseError
 from advise_ros.core.grid.grid import Grid
 from advise_ros.recording.sessionfile import LogEntry

@@ -10,8 +10,7 @@ import numpy as np
 
 from advise_ros.core.errors import InputError
 from advise_ros.core.numerics import Bools, Floats, Ints, is_best
-from advise_ros.core.planning.finite_process import FiniteProcess
-from advise_ros.core.planning.process import Mdp, plan
+from advise_ros.core.planning.process import FiniteProcess, Mdp, plan
 
 DISTRIBUTION_TOLERANCE = 1e-6
 

@@ -10,8 +10,7 @@ from functools import lru_cache
 import numpy as np
 
 from advise_ros.core.grid.grid import Action, Grid
-from advise_ros.core.planning.finite_process import grid_features
-from advise_ros.core.planning.process import mdp_of, occurring, terminal
+from advise_ros.core.planning.process import grid_features, mdp_of, occurring, terminal
 from advise_ros.core.planning.rollout import step_budget
 from advise_ros.domains.domain import Domain, Measure
 

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from advise_ros.core.demonstrations.action_counts import Counts
+from advise_ros.core.demonstrations.demonstration import Counts
 from advise_ros.core.irl.settings import LearnSettings
 from advise_ros.core.numerics import Ints
 from advise_ros.core.questions.clusters import NO_CLUSTER, canonical, cluster_states

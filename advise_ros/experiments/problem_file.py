@@ -12,7 +12,6 @@ import numpy as np
 from advise_ros.core.advice.advice import AdviceRecord, Verdict
 from advise_ros.core.advice.state import preferences, reversed_pair
 from advise_ros.core.errors import InputError
-from advise_ros.core.irl.conflicts import conflicting
 from advise_ros.core.irl.program import (
     Evidence,
     InfeasibleError,
@@ -23,6 +22,7 @@ from advise_ros.core.irl.program import (
     pose,
     slack_states,
 )
+from advise_ros.core.irl.reward import conflicting
 from advise_ros.core.irl.settings import Terms
 from advise_ros.core.irl.solvers.choose import AUTO, solve
 from advise_ros.core.numerics import Bools, Floats, Ints

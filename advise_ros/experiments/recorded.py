@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from advise_ros.core.demonstrations.action_counts import Counts, count
+from advise_ros.core.demonstrations.demonstration import Counts, count
 from advise_ros.core.errors import InputError
 from advise_ros.core.planning.process import Mdp, mdp_of, occurring
 from advise_ros.domains import DOMAINS, find

@@ -12,7 +12,7 @@ import numpy as np
 from advise_ros.core.advice.advice import AdviceRecord, Verdict
 from advise_ros.core.advice.answer_beliefs import BELIEF
 from advise_ros.core.advice.state import advice_state
-from advise_ros.core.demonstrations.action_counts import Counts
+from advise_ros.core.demonstrations.demonstration import Counts
 from advise_ros.core.irl.program import Problem, Solution
 from advise_ros.core.irl.reward import Solve
 from advise_ros.core.learning.algorithm import improve, in_effect

@@ -8,10 +8,9 @@ from collections import deque
 from collections.abc import Callable
 from typing import NamedTuple
 
-from advise_ros.mavlink.encoding import Encoder
 from advise_ros.mavlink.framing import Framer
 from advise_ros.mavlink.messages import ATTITUDE, EKF_STATUS_REPORT, ESTIMATOR_STATUS, GPS_RAW_INT, ODOMETRY, Message
-from advise_ros.mavlink.signing import SigningClock, Verifier
+from advise_ros.mavlink.signing import Encoder, SigningClock, Verifier
 from advise_ros.mavlink.transport import Address, make_transport, why
 
 QUEUE_MESSAGES = 20_000

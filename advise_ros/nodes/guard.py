@@ -19,11 +19,10 @@ from advise_ros.core.units import MAP_FRAME, ZERO
 from advise_ros.recording.gridfile import load_grid
 from advise_ros.ros import diagnostics, parameters, qos, run
 from advise_ros.ros.arrival import ArrivalWatch
-from advise_ros.ros.change_log import ChangeLog
+from advise_ros.ros.change_log import ChangeLog, GuardLog
 from advise_ros.ros.convert import stamp_to_ns
 from advise_ros.ros.deadline import Deadline
 from advise_ros.ros.flying import velocity_command
-from advise_ros.ros.guard_log import GuardLog
 from advise_ros.ros.managed import ManagedNode
 
 FENCE_OFF = 'the fence is off (fence:=off)'

@@ -12,15 +12,15 @@ from typing import Any
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 
+from advise_ros import exits
 from advise_ros.config import LoggerConfig
 from advise_ros.core.errors import InputError
 from advise_ros.core.units import NS
 from advise_ros.recording import platform
 from advise_ros.recording.background import MIB, BackgroundWriter, BagEntry, WriteLimits
 from advise_ros.recording.definitions import definition
-from advise_ros.recording.records import PARAMETERS_RECORD, PLATFORM_RECORD, READ_AT
+from advise_ros.recording.platform import PARAMETERS_RECORD, PLATFORM_RECORD, READ_AT
 from advise_ros.recording.writer import BagWriter
-from advise_ros import exits
 from advise_ros.ros import diagnostics, parameters, run, topics
 from advise_ros.ros.diagnostics import Diagnostics
 from advise_ros.ros.parameter_watch import ParameterWatch

@@ -35,11 +35,9 @@ from advise_ros.nodes.guard import (
 )
 from advise_ros.ros import diagnostics, parameters, qos, run
 from advise_ros.ros.autopilot_clock import ClockPublisher
-from advise_ros.ros.change_log import ChangeLog
-from advise_ros.ros.guard_log import GuardLog
+from advise_ros.ros.change_log import ChangeLog, GuardLog, VehicleLog
 from advise_ros.ros.managed import ManagedNode
 from advise_ros.ros.simulated_clock import REMEDY
-from advise_ros.ros.vehicle_log import VehicleLog
 from advise_ros.ros.vehicle_publisher import STATUS_PERIOD_S, VehiclePublisher
 
 LINK_CLOSED = 'the bridge was cleaned up and its link is closed'

@@ -16,6 +16,7 @@ from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
 from advise_msgs.msg import VehicleStatus
+from advise_ros import exits
 from advise_ros.config import PilotConfig
 from advise_ros.core.errors import InputError
 from advise_ros.core.flight.leg_follower import Pose
@@ -27,9 +28,7 @@ from advise_ros.core.people.simulated_pilot import SimulatedPilot
 from advise_ros.core.units import ZERO
 from advise_ros.nodes.route_grid import grid_of
 from advise_ros.recording.wishfile import load_wish
-from advise_ros import exits
 from advise_ros.ros import parameters, qos, run
-from advise_ros.ros.clock_watch import ClockWatch
 from advise_ros.ros.convert import vehicle_from_msg
 from advise_ros.ros.diagnostics import ERROR, OK, WARN, Diagnostics
 from advise_ros.ros.flying import (
@@ -39,6 +38,7 @@ from advise_ros.ros.flying import (
     velocity_command,
 )
 from advise_ros.ros.hearing import Audience
+from advise_ros.ros.simulated_clock import ClockWatch
 
 MISSION_PERIOD_S = 0.25
 # A recorder that there is replies to recorder/stop in this time, on a busy machine too.

@@ -13,7 +13,7 @@ from rosbags.rosbag2.metadata import dump_qos_v9
 from advise_ros.core.errors import InputError
 from advise_ros.recording import metadata
 from advise_ros.recording.definitions import Definition
-from advise_ros.recording.mcapwriter import COMPRESSIONS, DEFAULT_CHUNK_BYTES, McapWriter
+from advise_ros.recording.mcapwriter import DEFAULT_CHUNK_BYTES, McapWriter
 
 
 @dataclass

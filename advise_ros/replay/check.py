@@ -7,15 +7,25 @@ from pathlib import Path
 
 from advise_ros.core.errors import InputError
 from advise_ros.recording.gridfile import load_grid
-from advise_ros.replay.completeness import completeness_stages
 from advise_ros.replay.demonstrations import demonstration_stages
 from advise_ros.replay.flights import flight_stages
 from advise_ros.replay.learning import learning_stages
 from advise_ros.replay.overrides import Overrides
 from advise_ros.replay.report import ReplayReport
-from advise_ros.replay.session import RecordedSession, read_session
-from advise_ros.replay.stage import Comparison
+from advise_ros.replay.session import RecordedSession, at, read_session
+from advise_ros.replay.stage import Comparison, Stage
 from advise_ros.ros import convert
+
+
+def completeness_stages(session: RecordedSession, comparison: Comparison) -> list[Stage]:
+    """The logger numbers the messages of each topic; a jump is a lost or removed message."""
+    if comparison.what_if:
+        return []
+    stage = Stage('messages kept', checked=session.bag.count, equal=session.bag.count, notes=list(session.bag.notes))
+    for gap in session.bag.gaps:
+        stage.count(f'{gap.topic} at log time {at(gap.log_time_ns)}: {gap.missing} messages before it are missing')
+    return [stage]
+
 
 STAGES = (completeness_stages, demonstration_stages, learning_stages, flight_stages)
 

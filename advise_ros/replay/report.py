@@ -1,9 +1,10 @@
-"""The verdict of a replay, for people and for programs."""
+"""The verdict of a replay: for people, as JSON and as JUnit XML, which CI systems show."""
 
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass
 from typing import Any
+from xml.etree import ElementTree as ET
 
 from rich import box
 from rich.console import Console
@@ -157,3 +158,27 @@ def _table(report: ReplayReport) -> Table:
             mark = 'equal byte for byte'
         table.add_row(stage.name, str(stage.checked), str(stage.equal), mark)
     return table
+
+
+def to_junit(report: ReplayReport) -> str:
+    """One test suite, named by the bag."""
+    bag, stages = report.session.bag.path.name, report.asked_stages
+    failures = sum(not stage.agrees for stage in stages)
+    suite = ET.Element('testsuite', {
+        'name': f'replay {bag}', 'tests': str(len(stages)), 'failures': str(failures), 'errors': '0',
+        'skipped': str(sum(not stage.checked for stage in stages)), 'time': f'{report.seconds:.3f}',
+    })  # fmt: skip
+    for stage in stages:
+        case = ET.SubElement(suite, 'testcase', {'classname': f'replay.{bag}', 'name': stage.name, 'time': '0'})
+        if not stage.agrees:
+            wrong = f'{stage.checked - stage.equal} of {stage.checked} differ'
+            ET.SubElement(case, 'failure', {'message': stage.difference, 'type': 'difference'}).text = wrong
+        elif not stage.checked:
+            ET.SubElement(case, 'skipped', {'message': 'none in the bag'})
+        if stage.notes:
+            ET.SubElement(case, 'system-out').text = '\n'.join(stage.notes)
+    ET.SubElement(suite, 'system-out').text = f'{report.asked}\n{report.told_in_bytes}\n{report.verdict}'
+    suites = ET.Element('testsuites')
+    suites.append(suite)
+    ET.indent(suites)
+    return ET.tostring(suites, encoding='unicode', xml_declaration=True) + '\n'

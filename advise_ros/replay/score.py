@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 from advise_msgs.msg import VehicleStatus
 from advise_ros.core.advice.advice import AdviceRecord
@@ -13,7 +13,6 @@ from advise_ros.recording.messages import Bag, Message
 from advise_ros.replay.demonstrations import is_flown
 from advise_ros.replay.flight_parts import RecordedFlight, flights_of
 from advise_ros.replay.flights import FROM_OUTSIDE
-from advise_ros.replay.installed_form import in_installed_form
 from advise_ros.replay.session import (
     ADVICE_TYPE,
     COMMAND_TYPE,
@@ -24,6 +23,7 @@ from advise_ros.replay.session import (
     RecordedSession,
 )
 from advise_ros.ros import convert, convert_advice
+from advise_ros.ros.cdr import to_cdr
 
 POSE_TYPES = ('geometry_msgs/msg/PoseStamped', 'nav_msgs/msg/Odometry')
 STATUS_TYPE = 'advise_msgs/msg/VehicleStatus'
@@ -185,3 +185,31 @@ def stamp_ns_of(message: Message) -> int:
     """Of the header, which each of the INPUTS begins with."""
     seconds = int.from_bytes(message.data[4:8], 'little', signed=True)
     return seconds * NS + int.from_bytes(message.data[8:12], 'little')
+
+
+def in_installed_form(data: bytes, type_name: str, kind: type[Any], codec: Codec) -> bytes:
+    """Bytes of a recorded message as today's definition of its type has them; fields that it lacks keep their defaults.
+
+    Args:
+        data: CDR bytes by the definition that `codec` knows.
+        kind: the installed message class.
+
+    Raises:
+        LogError: the bytes do not fit their own definition.
+    """
+    recorded = codec.decode(data, type_name)
+    message = kind()
+    _fill(message, recorded)
+    return to_cdr(message)
+
+
+def _fill(message: Any, recorded: Any) -> None:
+    """Take over each plain field by its name, and those of nested messages likewise."""
+    for name in message.get_fields_and_field_types():
+        value = getattr(recorded, name, None)
+        if value is None:
+            continue
+        if hasattr(getattr(message, name), 'get_fields_and_field_types'):
+            _fill(getattr(message, name), value)
+        else:
+            setattr(message, name, value)

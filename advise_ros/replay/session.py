@@ -21,7 +21,7 @@ from advise_ros.recording.bags import BagTopics, read_bag
 from advise_ros.recording.codec import Codec
 from advise_ros.recording.definitions import definition
 from advise_ros.recording.messages import Bag, Message
-from advise_ros.recording.records import PARAMETERS_RECORD, PLATFORM_RECORD, READ_AT
+from advise_ros.recording.platform import PARAMETERS_RECORD, PLATFORM_RECORD, READ_AT
 from advise_ros.recording.sitefile import load_site, site_of_text
 from advise_ros.recording.storage import open_source
 from advise_ros.replay.overrides import GRID, Overrides, other_grid

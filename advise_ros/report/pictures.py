@@ -13,8 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
-from advise_ros.core.demonstrations.action_counts import count
-from advise_ros.core.demonstrations.demonstration import Demonstration
+from advise_ros.core.demonstrations.demonstration import Demonstration, count
 from advise_ros.core.grid.grid import ACTION_STEP, Grid
 
 FloatArray = npt.NDArray[np.float64]

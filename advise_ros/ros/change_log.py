@@ -1,4 +1,7 @@
-"""Logs each change of a node's condition once: when it begins, when its reason changes, and when it ends."""
+"""Logs each change of a node's condition once: when it begins, when its reason changes, and when it ends.
+
+The bridge logs its vehicle by it (`VehicleLog`), guard and bridge their checks (`GuardLog`).
+"""
 
 from __future__ import annotations
 
@@ -6,6 +9,9 @@ import math
 import re
 from dataclasses import dataclass, field
 from typing import Protocol
+
+from advise_ros.core.guard.monitor import GuardMonitor
+from advise_ros.mavlink.companion import Status
 
 # A condition that comes back within this is the same one still; its end is not logged.
 QUIET_S = 1.0
@@ -95,3 +101,83 @@ class ChangeLog:
             self._to.info(sentence)
         else:
             self._to.warning(sentence)
+
+
+FAILED = 'another try: '
+
+
+class VehicleLog:
+    """Logs the link, whose the vehicle is, its failsafe, and goals that failed after they had begun."""
+
+    def __init__(self, log: ChangeLog) -> None:
+        self._log = log
+        self._met = self._armed = False
+
+    def look(self, status: Status, now_s: float, *, under_way: bool = False) -> None:
+        """Take in the vehicle's state, and whether a goal of ours is under way; call it as often as you like."""
+        lost = self._met and not status.connected
+        self._met = self._met or status.connected
+        self._log.note('the loss of the link', status.waiting_for.removeprefix('heartbeat: ') if lost else '', now_s)
+        if not status.connected:
+            return
+        self._log.note('the failsafe', f'the autopilot is in a failsafe: {status.failsafe}' if status.failsafe else '', now_s)
+        failed = status.waiting_for.removeprefix(FAILED) if status.waiting_for.startswith(FAILED) else ''
+        self._log.note('the last failure', failed, now_s)
+        self._note_owner(status, under_way=under_way)
+
+    def _note_owner(self, status: Status, *, under_way: bool) -> None:
+        self._armed = self._armed or status.armed
+        if status.owner == 'ours':
+            self._log.now('owner', "it is this bridge's: it took off or was taken over here")
+        elif status.owner == 'others' and status.in_air and not under_way:
+            why = status.waiting_for.removeprefix('mavlink_bridge/take_over: ')
+            self._log.now('owner', f"it is others', and gets no commands from here: {why}", calm=False)
+        elif self._armed and not status.armed:
+            self._log.now('owner', "it is disarmed, and nobody's")
+
+
+# A doubt of the pose while nobody commands is news when it lasts for this long.
+DOUBTED_S = 1.0
+NO_POSE = 'no pose yet'
+
+
+class GuardLog:
+    """Logs stops, doubts, returns, silences and limits, with or without commands."""
+
+    def __init__(self, log: ChangeLog) -> None:
+        self._log = log
+
+    def look(self, monitor: GuardMonitor, reason: str, now_s: float, *, alarms: bool = True) -> tuple[str, bool]:
+        """Log what begins and ends.
+
+        Args:
+            monitor: the guard after its last verdict.
+            reason: of that verdict, '' where nobody commands.
+            now_s: steady time.
+            alarms: whether a doubt while nobody commands is a warning; false for a vehicle at rest.
+
+        Returns:
+            What the guard says now, and whether that is worth a warning: the same is in the log.
+        """
+        log, condition = self._log, monitor.condition
+        log.note('the stop', f'stopped until released: {monitor.latched}' if monitor.latched else '', now_s)
+        log.note('the return inside the fence', reason if condition == 'return' else '', now_s)
+        log.note('the silence', reason if condition == 'silence' else '', now_s, calm=True)
+        limited = log.note('the limit', reason if condition == 'limited' else '', now_s, lasting_s=LASTING_S)
+        doubted, doubt = self._doubt(monitor, reason, now_s, alarms=alarms)
+        if condition in ('stop', 'return', 'doubt'):
+            return reason, True
+        if doubted and doubt:
+            return f'{reason}; {doubt}' if reason else doubt, alarms
+        return reason, limited and condition == 'limited'
+
+    def _doubt(self, monitor: GuardMonitor, reason: str, now_s: float, *, alarms: bool) -> tuple[bool, str]:
+        """Whether a doubt is in the log, and what it is."""
+        commanded = monitor.condition == 'doubt'
+        pose = monitor.position_doubt(now_s) if monitor.condition != 'return' else ''
+        doubt = reason if commanded else '' if pose == NO_POSE else pose
+        wait_s = 0.0 if commanded else DOUBTED_S
+        alarm, calm = (doubt, '') if alarms or commanded else ('', doubt)
+        loud = self._log.note('the doubt', alarm, now_s, lasting_s=wait_s)
+        quiet = self._log.note('the doubt at rest', calm, now_s, lasting_s=wait_s, calm=True)
+        return loud or quiet, doubt

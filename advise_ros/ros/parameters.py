@@ -10,7 +10,6 @@ from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescri
 from rclpy.node import Node
 
 from advise_ros import config
-from advise_ros.core.errors import InputError
 from advise_ros.ros import introspection
 
 ConfigT = TypeVar('ConfigT')

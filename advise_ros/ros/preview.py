@@ -12,8 +12,7 @@ from advise_ros.core.advice.advice import Code, Outcome
 from advise_ros.core.irl.program import EXACT
 from advise_ros.core.learning.learner import Learned
 from advise_ros.core.learning.session import Work
-from advise_ros.core.planning.expected_success import expected_success
-from advise_ros.core.planning.rollout import Rollout, rollout, step_budget
+from advise_ros.core.planning.rollout import Rollout, expected_success, rollout, step_budget
 from advise_ros.ros import calls
 
 # As the policy node flies by default.

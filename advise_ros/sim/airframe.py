@@ -1,7 +1,9 @@
-"""The rigid body, its rotors and its drag: RotorPy's Multirotor, integrated in one cheap step."""
+"""The rigid body, its rotors and its drag (RotorPy's Multirotor, integrated in one cheap step), its battery and the wind."""
 
 from __future__ import annotations
 
+import math
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -62,3 +64,58 @@ def at_rest(position_enu_m: tuple[float, float, float], rotor_rad_s: float = 0.0
         'wind': np.zeros(3),
         'rotor_speeds': np.full(4, rotor_rad_s),
     }
+
+
+FULL_V, EMPTY_V, SAG_V = 12.6, 10.5, 0.3
+FLYING_A, IDLE_A, STANDBY_A = 15.0, 1.5, 0.3
+
+
+@dataclass(frozen=True)
+class SimulatedBattery:
+    """What is left, as seconds of flight."""
+
+    full_s: float
+    used_s: float = 0.0
+    current_a: float = STANDBY_A
+
+    def after(self, step_s: float, *, armed: bool, airborne: bool) -> SimulatedBattery:
+        """The battery one step later; on the ground it lasts longer by the ratio of the currents."""
+        current = FLYING_A if airborne else IDLE_A if armed else STANDBY_A
+        used = self.used_s + (step_s * current / FLYING_A if armed or airborne else 0.0)
+        return replace(self, used_s=min(used, self.full_s), current_a=current)
+
+    @property
+    def remaining(self) -> float:
+        """Share that is left, 0 to 1."""
+        return 1.0 - self.used_s / self.full_s
+
+    @property
+    def voltage_v(self) -> float:
+        """Falls with charge, and a little with the load."""
+        return EMPTY_V + (FULL_V - EMPTY_V) * self.remaining - SAG_V * self.current_a / FLYING_A
+
+
+CORRELATION_S = 2.0
+
+
+@dataclass(frozen=True)
+class Wind:
+    """Horizontal wind in ENU; gusts have a standard deviation of `gust_m_s` on each axis."""
+
+    mean_enu_m_s: tuple[float, float] = (0.0, 0.0)
+    gust_m_s: float = 0.0
+
+    def next_gust(self, gust_m_s: Array, noise: Array, step_s: float) -> Array:
+        """The gust one step later.
+
+        Args:
+            gust_m_s: now, east and north, (2,).
+            noise: standard normal, (2,).
+            step_s: length of the step.
+        """
+        kept = math.exp(-step_s / CORRELATION_S)
+        return kept * gust_m_s + self.gust_m_s * math.sqrt(1.0 - kept * kept) * noise
+
+    def at(self, gust_m_s: Array) -> Array:
+        """Wind velocity in ENU, (3,)."""
+        return np.array([self.mean_enu_m_s[0] + gust_m_s[0], self.mean_enu_m_s[1] + gust_m_s[1], 0.0])

@@ -6,7 +6,7 @@ import numpy as np
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from advise_ros.config import SimulatorConfig
-from advise_ros.sim import geofence, parameters, setpoints
+from advise_ros.sim import failsafe, parameters, setpoints
 from advise_ros.sim.autopilot import ACCEPTED, DENIED, Autopilot, Message, ReceivedCommand, ack, integer
 from advise_ros.sim.failsafe import GROUND_STATION_SYSTEM_ID, GroundStationFailsafe
 from advise_ros.sim.geography import metres_from_degrees
@@ -67,7 +67,7 @@ class ArduCopter(Autopilot):
         self.vehicle.flight.timeout_s = self._parameters['GUID_TIMEOUT']
         values, flight, vehicle = self._parameters.values, self.vehicle.flight, self.vehicle
         flight.return_altitude_m, flight.return_slope = values['RTL_ALT'] / 100.0, values['RTL_CONE_SLOPE']
-        vehicle.fence = geofence.of_arducopter(values)
+        vehicle.fence = failsafe.fence_of_arducopter(values)
         flight.ceiling_m = vehicle.fence.height_m - values['FENCE_MARGIN']
         vehicle.satellites = bool(values['SIM_GPS1_ENABLE']) and not values['SIM_GPS_DISABLE']
         north, east = (values[f'SIM_GPS1_GLTCH_{axis}'] + values[f'SIM_GPS_GLITCH_{axis}'] for axis in 'XY')

@@ -9,9 +9,8 @@ from collections.abc import Iterable
 from typing import Any, Protocol
 
 from advise_ros.core.errors import InputError
-from advise_ros.mavlink.encoding import Encoder
 from advise_ros.mavlink.framing import Framer
-from advise_ros.mavlink.signing import SigningClock, Verifier
+from advise_ros.mavlink.signing import Encoder, SigningClock, Verifier
 
 Message = Any
 Address = tuple[str, int]

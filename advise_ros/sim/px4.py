@@ -8,7 +8,7 @@ import numpy as np
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from advise_ros.config import SimulatorConfig
-from advise_ros.sim import geofence, parameters, px4_telemetry, setpoints
+from advise_ros.sim import failsafe, parameters, px4_telemetry, setpoints
 from advise_ros.sim.autopilot import (
     ACCEPTED,
     DENIED,
@@ -24,7 +24,7 @@ from advise_ros.sim.geography import ORIGIN_ALTITUDE_M
 from advise_ros.sim.modes import Px4Mode
 from advise_ros.sim.px4_vehicle import Px4Vehicle
 from advise_ros.sim.setpoints import Setpoint
-from advise_ros.sim.timesync import AddressedTimesync
+from advise_ros.sim.telemetry import AddressedTimesync
 
 FEWEST_SATELLITES = 4
 ASKS_TIME_NS = 100_000_000
@@ -78,7 +78,8 @@ class SimulatedPx4(Autopilot):
         for slower in ('MPC_XY_CRUISE', 'MPC_VEL_MANUAL'):  # For good, as the real one.
             self._parameters.values[slower] = min(self._parameters[slower], fastest)
         self._px4.flight.return_altitude_m = self._parameters['RTL_RETURN_ALT']
-        self._px4.fence, self._px4.fence_action = geofence.of_px4(self._parameters.values), round(self._parameters['GF_ACTION'])
+        self._px4.fence = failsafe.fence_of_px4(self._parameters.values)
+        self._px4.fence_action = round(self._parameters['GF_ACTION'])
         self._px4.satellites = self._parameters['SIM_GPS_USED'] >= FEWEST_SATELLITES
         self._px4.offboard_loss_action = round(self._parameters['COM_OBL_RC_ACT'])
         self._px4.sticks_exceptions = round(self._parameters['COM_RCL_EXCEPT'])

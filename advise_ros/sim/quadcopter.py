@@ -9,9 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from advise_ros.sim import airframe, control
-from advise_ros.sim.airframe import Airframe, Body
+from advise_ros.sim.airframe import Airframe, Body, Wind
 from advise_ros.sim.control import ControlLimits, Reference, Target
-from advise_ros.sim.wind import Wind
 
 Array = NDArray[np.float64]
 

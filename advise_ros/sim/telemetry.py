@@ -6,6 +6,7 @@ Messages: https://mavlink.io/en/messages/common.html and ardupilotmega.html
 from __future__ import annotations
 
 import math
+import struct
 from collections.abc import Callable
 from typing import Any
 
@@ -157,3 +158,16 @@ BUILDERS: dict[int, Callable[[SimulatedVehicle], Message | None]] = {
     mavlink.MAVLINK_MSG_ID_SIM_STATE: truth.sim_state,
     mavlink.MAVLINK_MSG_ID_SIMSTATE: truth.simstate,
 }
+
+
+class AddressedTimesync(mavlink.MAVLink_timesync_message):  # type: ignore[misc]
+    """An answer for one peer; ids are extension fields, which the checksum's seed does not cover."""
+
+    def __init__(self, tc1: int, ts1: int, target_system: int, target_component: int) -> None:
+        super().__init__(tc1, ts1)
+        self._target = target_system, target_component
+
+    def pack(self, mav: Any, force_mavlink1: bool = False) -> bytes:
+        """The frame, as pymavlink makes those of its own messages."""
+        payload = struct.pack('<qqBB', self.tc1, self.ts1, *self._target)
+        return bytes(self._pack(mav, self.crc_extra, payload, force_mavlink1=force_mavlink1))

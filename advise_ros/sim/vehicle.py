@@ -13,15 +13,14 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from advise_ros.config import SimulatorConfig
 from advise_ros.core.units import NS
-from advise_ros.sim.battery import SimulatedBattery
+from advise_ros.sim.airframe import SimulatedBattery, Wind
 from advise_ros.sim.control import ControlLimits, Target
+from advise_ros.sim.failsafe import Geofence
 from advise_ros.sim.flight import SimulatedFlight
-from advise_ros.sim.geofence import Geofence
 from advise_ros.sim.modes import ARMABLE, DESCENDING, Mode, known
 from advise_ros.sim.quadcopter import Quadcopter, State
 from advise_ros.sim.satellites import ArduPilotFilter, Px4Filter
 from advise_ros.sim.setpoints import Setpoint
-from advise_ros.sim.wind import Wind
 
 DISARM_DELAY_S = 10.0
 # Contact until the landing is believed and the motors are stopped.

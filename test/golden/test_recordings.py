@@ -12,8 +12,8 @@ from advise_ros.core.demonstrations.discretise import DiscretiseSettings
 from advise_ros.core.demonstrations.recorded_flights import demonstrations_of, waypoints_reached
 from advise_ros.core.demonstrations.recorder import Recorder
 from advise_ros.core.demonstrations.samples import NO_COMMANDS
-from advise_ros.core.learning.learner import learn
 from advise_ros.core.irl.settings import LearnSettings
+from advise_ros.core.learning.learner import learn
 from advise_ros.recording.gridfile import load_grid
 from advise_ros.recording.sources import read_recording
 from support.paths import ROOT

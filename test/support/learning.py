@@ -10,8 +10,8 @@ import numpy as np
 from advise_ros.core.advice.advice import AdviceRecord, Answer, Verdict
 from advise_ros.core.demonstrations.demonstration import Audit, Demonstration, EndReason
 from advise_ros.core.grid.grid import Grid
-from advise_ros.core.learning.learner import Learned
 from advise_ros.core.irl.settings import LearnSettings
+from advise_ros.core.learning.learner import Learned
 from advise_ros.core.learning.session import Session
 from advise_ros.core.people.trial import TrialSettings, fly
 

@@ -1,13 +1,18 @@
-"""Demonstrations: what a flight becomes on the grid."""
+"""Demonstrations: what a flight becomes on the grid, and PARSEDEM of algorithm 1, which counts their actions."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import IntEnum
+from typing import NamedTuple
+
+import numpy as np
 
 from advise_ros.core.errors import InputError
 from advise_ros.core.grid.grid import N_ACTIONS, Grid
+from advise_ros.core.numerics import Floats, Ints
+from advise_ros.core.planning.process import terminal
 
 
 class EndReason(IntEnum):
@@ -102,3 +107,56 @@ def _sameness(demonstration: Demonstration) -> tuple[object, ...]:
         demonstration.demonstration_id, demonstration.states, demonstration.actions, demonstration.stamps_ns,
         demonstration.window_ns,
     )
+
+
+class Counts(NamedTuple):
+    """How often each action was taken in each state; the order of the demonstrations leaves no trace.
+
+    Attributes:
+        taken: (n, n_actions) int64.
+    """
+
+    taken: Ints
+
+    @property
+    def visits(self) -> Ints:
+        """(n,) actions taken in each state."""
+        total: Ints = self.taken.sum(axis=1)
+        return total
+
+    def distribution(self, laplace: float) -> Floats:
+        """(n, n_actions) action distributions, `laplace` added to each count."""
+        smoothed = self.taken + laplace
+        shares: Floats = smoothed / smoothed.sum(axis=1, keepdims=True)
+        return shares
+
+    def favourite(self) -> Ints:
+        """(n,) a*, the most demonstrated action, ties to the lowest index; -1 without a demonstration."""
+        return np.where(self.visits > 0, self.taken.argmax(axis=1), -1)
+
+
+def count(grid: Grid, demonstrations: Iterable[Demonstration]) -> Counts:
+    """Counts over all demonstrations; what is done after the end of a flight says nothing and is left out."""
+    taken = np.zeros((grid.n_states, N_ACTIONS), dtype=np.int64)
+    for demonstration in demonstrations:
+        np.add.at(taken, (list(demonstration.states), list(demonstration.actions)), 1)
+    taken[terminal(grid)] = 0
+    return Counts(taken)
+
+
+BEGINNING_UNHEARD = (
+    'the climb to the route was not heard: the vehicle may have been on its way already, '
+    'and waypoints that it had reached are expected once more'
+)
+TAKEN_BACK = 'taken back: discarded after it was published'
+
+
+def beginning_unheard(found: Demonstration) -> Demonstration:
+    """The demonstration with a note that its climb was not heard."""
+    return replace(found, audit=replace(found.audit, notes=(BEGINNING_UNHEARD, *found.audit.notes)))
+
+
+def taken_back(demonstration_id: str, source: str, grid: Grid, now_ns: int) -> Demonstration:
+    """What takes an earlier demonstration back: its id and no moves."""
+    audit = Audit(notes=(TAKEN_BACK,))
+    return Demonstration(demonstration_id, source, grid, (), (), (), (now_ns, now_ns), EndReason.STOPPED, audit)

@@ -8,8 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from advise_ros.core.demonstrations.action_rule import ActionVerdict
-from advise_ros.core.demonstrations.audit_notes import BEGINNING_UNHEARD, taken_back
-from advise_ros.core.demonstrations.demonstration import Demonstration, EndReason
+from advise_ros.core.demonstrations.demonstration import BEGINNING_UNHEARD, Demonstration, EndReason, taken_back
 from advise_ros.core.demonstrations.discretise import DiscretiseSettings, fitness, follow, new_tracker
 from advise_ros.core.demonstrations.flight_windows import Bands, Flight, Segmenter
 from advise_ros.core.demonstrations.live_samples import LiveSamples, Sample, arrays

@@ -22,12 +22,12 @@ from advise_ros.core.advice.advice import AdviceRecord
 from advise_ros.core.advice.answer_beliefs import BELIEF, BY_WORTH, with_answers
 from advise_ros.core.advice.error_model import log_beliefs, mistakes_shown, shares
 from advise_ros.core.advice.state import AdviceState, Imitated, advice_state, narrowed
-from advise_ros.core.demonstrations.action_counts import Counts
+from advise_ros.core.demonstrations.demonstration import Counts
 from advise_ros.core.errors import InputError
 from advise_ros.core.irl.reward import Solve, infer
 from advise_ros.core.irl.settings import LearnSettings
 from advise_ros.core.numerics import Bools, Floats, Ints
-from advise_ros.core.planning.finite_process import FiniteProcess
+from advise_ros.core.planning.process import FiniteProcess
 from advise_ros.core.questions.clusters import split
 from advise_ros.core.questions.select import Situation
 from advise_ros.core.site import SITE

@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from advise_ros.core.advice.advice import AdviceRecord, Query
 from advise_ros.core.advice.state import advice_state
-from advise_ros.core.demonstrations.action_counts import count
+from advise_ros.core.demonstrations.demonstration import count
 from advise_ros.core.demonstrations.demonstration import Demonstration, standing
 from advise_ros.core.errors import InputError
 from advise_ros.core.grid.differences import what_differs
@@ -22,7 +22,7 @@ from advise_ros.core.irl.settings import LearnSettings
 from advise_ros.core.irl.solvers.local_preview import Solved, is_large
 from advise_ros.core.learning.algorithm import improve
 from advise_ros.core.numerics import Floats, Ints
-from advise_ros.core.planning.finite_process import process_of
+from advise_ros.core.planning.process import process_of
 from advise_ros.core.questions.clusters import cluster_states
 from advise_ros.core.questions.query import Numbering, next_query
 from advise_ros.core.site import SITE

@@ -8,11 +8,22 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from advise_ros.core.advice.advice import AdviceRecord, Answer, Code, Outcome, Query, Verdict
-from advise_ros.core.advice.answer_check import Fault, check_log, fault, part_fault
+from advise_ros.core.advice.advice import (
+    AdviceRecord,
+    Answer,
+    Code,
+    Fault,
+    Outcome,
+    Query,
+    Verdict,
+    check_log,
+    fault,
+    part_fault,
+)
 from advise_ros.core.advice.state import AdviceState, advice_state, against
 from advise_ros.core.demonstrations.demonstration import Demonstration, standing
 from advise_ros.core.grid.grid import Grid
+from advise_ros.core.irl.settings import LearnSettings
 from advise_ros.core.irl.solvers.local_preview import Solved
 from advise_ros.core.irl.settings import LearnSettings
 from advise_ros.core.learning.learner import Learned, check_grid, check_prior, kept_of, learn

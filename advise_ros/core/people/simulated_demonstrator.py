@@ -12,10 +12,9 @@ from typing import Protocol
 
 import numpy as np
 
-from advise_ros.core.demonstrations.action_counts import Counts
+from advise_ros.core.demonstrations.demonstration import Counts
 from advise_ros.core.numerics import Bools, Floats, Ints
-from advise_ros.core.planning.finite_process import FiniteProcess
-from advise_ros.core.planning.process import Mdp
+from advise_ros.core.planning.process import FiniteProcess, Mdp
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from advise_ros.core.advice.advice import Answer, Query, Verdict
 from advise_ros.core.grid.grid import Grid
 from advise_ros.core.numerics import Bools
 from advise_ros.core.people.settings import ExpertSettings
-from advise_ros.core.planning.routes import optimal_table
+from advise_ros.core.planning.rollout import optimal_table
 
 
 @dataclass(frozen=True)

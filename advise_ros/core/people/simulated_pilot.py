@@ -9,7 +9,7 @@ from advise_ros.core.errors import InputError
 from advise_ros.core.grid.grid import Grid
 from advise_ros.core.numerics import Bools
 from advise_ros.core.planning.process import occurring, successors
-from advise_ros.core.planning.routes import optimal_table
+from advise_ros.core.planning.rollout import optimal_table
 
 # In a state with a mistake, the share of moves that make it (while the noise rate allows).
 MISTAKE_RATE = 0.75

@@ -11,8 +11,8 @@ from advise_ros.core.advice.advice import AdviceRecord, active
 from advise_ros.core.demonstrations.demonstration import Demonstration
 from advise_ros.core.flight.flight_settings import FlightSettings
 from advise_ros.core.grid.grid import Grid
-from advise_ros.core.learning.learner import Learned, learn
 from advise_ros.core.irl.settings import LearnSettings
+from advise_ros.core.learning.learner import Learned, learn
 from advise_ros.core.learning.session import Session
 from advise_ros.core.people.settings import ExpertSettings, PilotSettings
 from advise_ros.core.people.simulated_expert import SimulatedExpert

@@ -8,10 +8,10 @@ from functools import lru_cache
 import numpy as np
 from threadpoolctl import ThreadpoolController
 
-from advise_ros.core.demonstrations.action_counts import Counts
+from advise_ros.core.demonstrations.demonstration import Counts
 from advise_ros.core.irl.settings import LearnSettings
 from advise_ros.core.numerics import Floats, Ints
-from advise_ros.core.planning.finite_process import FiniteProcess
+from advise_ros.core.planning.process import FiniteProcess
 
 NO_CLUSTER = -1
 # How many times as many clusters the finer ones have.

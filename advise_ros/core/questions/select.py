@@ -11,12 +11,11 @@ import numpy as np
 
 from advise_ros.core.advice.answer_beliefs import BY_WORTH
 from advise_ros.core.advice.state import AdviceState, Imitated
-from advise_ros.core.demonstrations.action_counts import Counts
+from advise_ros.core.demonstrations.demonstration import Counts
 from advise_ros.core.irl.reward import Inferred
 from advise_ros.core.irl.settings import LearnSettings
 from advise_ros.core.numerics import Bools, Floats, Ints
-from advise_ros.core.planning.finite_process import FiniteProcess
-from advise_ros.core.planning.process import occupancy
+from advise_ros.core.planning.process import FiniteProcess, occupancy
 from advise_ros.core.questions.acquisition import Ranking, select
 from advise_ros.core.questions.clusters import finer_clusters
 from advise_ros.core.questions.expected_corrections import Known, Worth, worth

@@ -14,7 +14,7 @@ import numpy as np
 
 from advise_ros.core.advice.advice import AdviceRecord, Verdict
 from advise_ros.core.advice.state import AdviceState, Imitated, advice_state
-from advise_ros.core.demonstrations.action_counts import Counts
+from advise_ros.core.demonstrations.demonstration import Counts
 from advise_ros.core.grid.grid import Grid
 from advise_ros.core.numerics import Ints
 from advise_ros.core.site.belief import SiteAnswer, SiteBelief, believe, tell

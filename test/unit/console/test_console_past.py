@@ -13,7 +13,7 @@ from visualization_msgs.msg import Marker
 from advise_ros.console import views
 from advise_ros.console.advice_history import AdviceHistory
 from advise_ros.core.advice.advice import Verdict
-from advise_ros.core.demonstrations.action_counts import count
+from advise_ros.core.demonstrations.demonstration import count
 from advise_ros.ros import convert_advice
 from advise_ros.ros.track import POINTS, TrackTopic
 from support.learning import EAST, WEST, ready, record

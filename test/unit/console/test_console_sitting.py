@@ -16,7 +16,7 @@ from advise_ros.console.keyboard import decode
 from advise_ros.console.screen import screen
 from advise_ros.console.terminal_session import TerminalSession
 from advise_ros.core.advice.advice import Verdict
-from advise_ros.core.demonstrations.action_counts import count
+from advise_ros.core.demonstrations.demonstration import count
 from advise_ros.ros import convert_advice
 from support.learning import ready
 

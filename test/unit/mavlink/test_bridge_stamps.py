@@ -8,9 +8,9 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from advise_ros.mavlink.clock import AutopilotClock
 from advise_ros.mavlink.stamps import REBOOT_MESSAGES, BootOrder, Stamper
 from advise_ros.mavlink.timesync import Bounds
+from advise_ros.ros.autopilot_clock import AutopilotClock
 
 S = 1_000_000_000
 MS = 1_000_000

@@ -8,9 +8,8 @@ import pytest
 
 from advise_ros.core.errors import InputError
 from advise_ros.mavlink import messages as mav
-from advise_ros.mavlink.encoding import Encoder
 from advise_ros.mavlink.framing import Framer
-from advise_ros.mavlink.signing import LATEST, UNITS_A_SECOND, SigningClock, Verifier, load_key
+from advise_ros.mavlink.signing import LATEST, UNITS_A_SECOND, Encoder, SigningClock, Verifier, load_key
 
 KEY, OTHER_KEY = bytes(range(32)), bytes(32)
 NOW = 11 * 365 * 86_400 * UNITS_A_SECOND

@@ -23,12 +23,12 @@ from ruamel.yaml import YAML
 
 from advise_msgs.msg import LearnerStatus
 from advise_ros.core.errors import InputError
-from advise_ros.recording import platform, source_digest
+from advise_ros.recording import platform
 from advise_ros.recording.definitions import definition
+from advise_ros.recording.mcapwriter import COMPRESSIONS
 from advise_ros.recording.messages import Bag, Codec
 from advise_ros.recording.recover import Salvage
 from advise_ros.recording.writer import BagWriter
-from advise_ros.recording.mcapwriter import COMPRESSIONS
 from advise_ros.ros.cdr import to_cdr
 
 INFINITE = QosTime(9223372036, 854775807)
@@ -234,7 +234,7 @@ def test_comments_and_docstrings_do_not_change_the_digest_and_code_does(tmp_path
 
 def digest_of(folder: Path, source: str) -> str:
     (folder / 'module.py').write_text(source)
-    return source_digest.of_directory(folder)
+    return platform.digest_of_code(folder)
 
 
 def test_the_platform_names_what_decides_floats() -> None:

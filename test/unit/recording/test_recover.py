@@ -14,10 +14,10 @@ from advise_ros.commands.recover import run
 from advise_ros.core.errors import InputError, LogError
 from advise_ros.recording.definitions import definition
 from advise_ros.recording.mcapfile import McapFile, WholeChunk
+from advise_ros.recording.mcapwriter import COMPRESSIONS
 from advise_ros.recording.recover import Salvage, is_whole
 from advise_ros.recording.repair import recover
 from advise_ros.recording.writer import BagWriter
-from advise_ros.recording.mcapwriter import COMPRESSIONS
 from advise_ros.ros.cdr import to_cdr
 
 INFINITE = QosTime(9223372036, 854775807)

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from advise_ros.mavlink.companion import Status
-from advise_ros.ros.change_log import ChangeLog
-from advise_ros.ros.vehicle_log import VehicleLog
+from advise_ros.ros.change_log import ChangeLog, VehicleLog
 from support.log_lines import Lines
 
 GROUND = Status(

@@ -7,7 +7,7 @@ from rclpy.serialization import deserialize_message
 from advise_msgs.msg import VehicleStatus
 from advise_ros.recording.codec import Codec
 from advise_ros.recording.definitions import definition
-from advise_ros.replay.installed_form import in_installed_form
+from advise_ros.replay.score import in_installed_form
 from advise_ros.ros.cdr import to_cdr
 
 STATUS = 'advise_msgs/msg/VehicleStatus'

@@ -5,8 +5,7 @@ from __future__ import annotations
 from advise_ros.core.guard.fence import box
 from advise_ros.core.guard.monitor import GuardMonitor, MonitorSettings
 from advise_ros.core.guard.rules import Command, Limits
-from advise_ros.ros.change_log import ChangeLog
-from advise_ros.ros.guard_log import GuardLog
+from advise_ros.ros.change_log import ChangeLog, GuardLog
 from support.log_lines import Lines
 
 DT_S = 0.05

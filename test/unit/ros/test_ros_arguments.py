@@ -6,11 +6,11 @@ from collections.abc import Callable
 
 import pytest
 
+from advise_ros import exits
 from advise_ros.commands import answer
 from advise_ros.config import GuardConfig
 from advise_ros.core.errors import InputError
 from advise_ros.nodes.guard import Guard
-from advise_ros import exits
 from advise_ros.ros import arguments, run
 
 MALFORMED = [

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from advise_ros.mavlink.encoding import Encoder
 from advise_ros.mavlink.framing import CHECKSUM, HEADER_V2, Framer
+from advise_ros.mavlink.signing import Encoder
 from advise_ros.sim.arducopter import ArduCopter
 from advise_ros.sim.px4 import SimulatedPx4
 from support.sim_companion import ACCEPTED, ARM, FAILED, INTERVAL, LOCAL_POSITION, POSITION_ONLY, REQUEST, Companion, of

@@ -9,9 +9,9 @@ import pytest
 from rotorpy.vehicles.multirotor import Multirotor
 
 from advise_ros.sim import airframe, control
+from advise_ros.sim.airframe import CORRELATION_S, Wind
 from advise_ros.sim.control import Target
 from advise_ros.sim.quadcopter import Quadcopter, State, euler
-from advise_ros.sim.wind import CORRELATION_S, Wind
 
 STEP_S = 0.025
 CALM = np.zeros(2)

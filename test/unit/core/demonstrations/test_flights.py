@@ -5,10 +5,9 @@ import numpy as np
 from advise_ros.core.demonstrations.demonstration import EndReason
 from advise_ros.core.demonstrations.discretise import DiscretiseSettings
 from advise_ros.core.demonstrations.flight_windows import Flight
-from advise_ros.core.demonstrations.recorded_flights import demonstrations_of, waypoints_reached
+from advise_ros.core.demonstrations.recorded_flights import Cutter, demonstrations_of, waypoints_reached
 from advise_ros.core.demonstrations.recorded_flights import split as flown
 from advise_ros.core.demonstrations.samples import NO_COMMANDS, PolicyEvent, PoseSamples, Recording, VehicleEvent
-from advise_ros.core.demonstrations.slices import Cutter
 from advise_ros.core.grid.grid import Grid
 from advise_ros.core.units import NS
 from support.flown import GRID, START_NS, flight, joined, round_trip

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from advise_ros.core.demonstrations.audit_notes import BEGINNING_UNHEARD
-from advise_ros.core.demonstrations.demonstration import Demonstration, EndReason
+from advise_ros.core.demonstrations.demonstration import BEGINNING_UNHEARD, Demonstration, EndReason
 from advise_ros.core.demonstrations.discretise import DiscretiseSettings, discretise
 from advise_ros.core.demonstrations.live_samples import KEEP
 from advise_ros.core.demonstrations.recorded_flights import demonstrations_of

@@ -9,10 +9,9 @@ from scipy import sparse
 from advise_ros.core.advice.advice import AdviceRecord
 from advise_ros.core.advice.state import Imitated, preferences, reversed_pair
 from advise_ros.core.errors import InputError
-from advise_ros.core.irl import conflicts
-from advise_ros.core.irl.conflicts import conflicting
+from advise_ros.core.irl import reward
 from advise_ros.core.irl.program import Evidence, Problem, pose
-from advise_ros.core.irl.reward import infer, solver_by_name
+from advise_ros.core.irl.reward import conflicting, infer, solver_by_name
 from advise_ros.core.irl.settings import LearnSettings, Terms
 from advise_ros.core.planning.process import Mdp
 from support.learning import record
@@ -53,7 +52,7 @@ def test_opposed_answers_are_named_beside_a_circle_of_others(ring: Mdp) -> None:
 
 
 def test_where_it_costs_too_much_only_opposed_answers_are_named(ring: Mdp, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(conflicts, 'AFFORDABLE', 0)
+    monkeypatch.setattr(reward, 'AFFORDABLE', 0)
     records = (*CIRCLE, HARMLESS, record(5, [3], [1], [0]))
     assert conflicting(posed(ring, records), records) == (4, 5)
 

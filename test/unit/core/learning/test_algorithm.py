@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from advise_ros.core.demonstrations.action_counts import Counts, count
+from advise_ros.core.demonstrations.demonstration import Counts, count
 from advise_ros.core.errors import InputError
 from advise_ros.core.irl.reward import solver_by_name
 from advise_ros.core.irl.settings import LearnSettings
 from advise_ros.core.learning.algorithm import improve
 from advise_ros.core.learning.learner import learn
-from advise_ros.core.planning.finite_process import FiniteProcess
+from advise_ros.core.planning.process import FiniteProcess
 from advise_ros.core.questions.clusters import cluster_states
 from advise_ros.core.questions.select import Selection
 from advise_ros.domains import find

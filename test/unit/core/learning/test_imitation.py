@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from advise_ros.core.advice.state import advice_state
-from advise_ros.core.demonstrations.action_counts import Counts
+from advise_ros.core.demonstrations.demonstration import Counts
+from advise_ros.core.irl.settings import LearnSettings
 from advise_ros.core.learning.algorithm import imitated
 from advise_ros.core.learning.learner import learn
-from advise_ros.core.irl.settings import LearnSettings
 from support.learning import EAST, NORTH, ROUND_TRIP, SOUTH, WEST, flights, record
 
 # Three states flown east with few slips; two flown north again and again but east now and then; one never visited.

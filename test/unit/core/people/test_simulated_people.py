@@ -14,7 +14,7 @@ from advise_ros.core.people.simulated_expert import SimulatedExpert
 from advise_ros.core.people.simulated_pilot import SimulatedPilot, demonstrate
 from advise_ros.core.people.trial import TrialSettings, run_trial
 from advise_ros.core.planning.process import occurring
-from advise_ros.core.planning.routes import optimal_table
+from advise_ros.core.planning.rollout import optimal_table
 from support.learning import EAST, NORTH, ROUND_TRIP, SOUTH, WEST, ready
 
 OPTIMAL = optimal_table(ROUND_TRIP)

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from advise_ros.core.grid.grid import Grid
-from advise_ros.core.planning.expected_success import ASTRAY, expected_success
-from advise_ros.core.planning.routes import shortest_route
+from advise_ros.core.planning.rollout import ASTRAY, expected_success, shortest_route
 from support.learning import CORRIDOR, EAST, WEST
 
 

@@ -6,9 +6,7 @@ import numpy as np
 import pytest
 
 from advise_ros.core.grid.grid import Grid, optimal_actions
-from advise_ros.core.planning.rollout import rollout, step_budget
-from advise_ros.core.planning.routes import shortest_route
-from advise_ros.core.planning.routes import optimal_table
+from advise_ros.core.planning.rollout import optimal_table, rollout, shortest_route, step_budget
 from support.learning import CORRIDOR, EAST, ROUND_TRIP, WEST
 
 WALLED = Grid(1.0, 3, 3, (0.0, 0.0), 2.0, (2, 6), (4,))

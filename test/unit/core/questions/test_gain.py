@@ -11,10 +11,10 @@ from advise_ros.core.advice.advice import AdviceRecord, Verdict
 from advise_ros.core.advice.answer_beliefs import common, with_answers
 from advise_ros.core.advice.error_model import log_beliefs, shares
 from advise_ros.core.advice.state import Imitated, advice_state, narrowed
-from advise_ros.core.demonstrations.action_counts import Counts
+from advise_ros.core.demonstrations.demonstration import Counts
+from advise_ros.core.irl.settings import LearnSettings
 from advise_ros.core.learning.algorithm import MOVES, in_effect
 from advise_ros.core.learning.learner import learn
-from advise_ros.core.irl.settings import LearnSettings
 from advise_ros.core.learning.session import Session
 from advise_ros.core.numerics import Ints
 from advise_ros.core.questions.expected_corrections import Known, worth

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from advise_ros.core.advice.advice import Query
-from advise_ros.core.demonstrations.action_counts import count
+from advise_ros.core.demonstrations.demonstration import count
 from advise_ros.core.grid.grid import Grid
 from advise_ros.core.irl.settings import LearnSettings
 from advise_ros.core.site.belief import SamplerSettings, SiteAnswer, SiteBelief, believe, problem_of, tell

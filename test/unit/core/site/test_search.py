@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from advise_ros.core.grid.grid import Grid
-from advise_ros.core.planning.routes import optimal_table
+from advise_ros.core.planning.rollout import optimal_table
 from advise_ros.core.site.belief import problem_of
 from advise_ros.core.site.chain import flip, new_chain, new_journal, undo
 from advise_ros.core.site.layout import Layout, layout_of

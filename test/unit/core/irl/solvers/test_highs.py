@@ -8,7 +8,7 @@ from typing import Any
 import cvxpy
 import pytest
 
-from advise_ros.core.demonstrations.action_counts import count
+from advise_ros.core.demonstrations.demonstration import count
 from advise_ros.core.errors import AdviseError, InputError
 from advise_ros.core.grid.grid import Grid
 from advise_ros.core.irl.program import Evidence, Problem, pose

@@ -19,7 +19,7 @@ from advise_ros.core.irl.solvers.sparse_form import Program
 from advise_ros.core.learning.session import Work
 from advise_ros.core.numerics import Ints
 from advise_ros.core.planning.process import mdp_of
-from advise_ros.core.planning.routes import optimal_table
+from advise_ros.core.planning.rollout import optimal_table
 from support.learning import answer, learn_now, ready
 
 SIDE = 16

@@ -19,7 +19,7 @@ from advise_ros.core.irl.solvers import choose, highs, packaged
 from advise_ros.core.irl.solvers.choose import SOLVERS, order, solve
 from advise_ros.core.irl.solvers.interior import elimination, factors
 from advise_ros.core.planning.process import Mdp, Transitions, from_transitions, mdp_of
-from advise_ros.core.planning.routes import optimal_table
+from advise_ros.core.planning.rollout import optimal_table
 from support.learning import record
 
 GRID = Grid(1.0, 9, 9, (0.0, 0.0), 3.0, (8, 80, 72, 0), (40, 41, 49))
