@@ -72,7 +72,7 @@ def _made(name: str, folder: Path) -> bool:
         MAKERS[name](draft)
         report = check(draft)
         same, of = report.in_bytes
-        print(f'{name}: {report.told_in_bytes}; {report.verdict}')
+        print(f'{name}: {report.byte_verdict}; {report.verdict}')
         if report.agrees and same == of:
             shutil.rmtree(folder / name, ignore_errors=True)
             shutil.move(draft, folder / name)

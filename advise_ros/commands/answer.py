@@ -117,12 +117,12 @@ def _action(word: str) -> int:
 
 def _act(client: GraphClient, options: argparse.Namespace, said: Answer | None) -> int:
     if options.undo:
-        return _tell(client.call(Trigger, 'advise/undo', Trigger.Request(), options.wait))
+        return _print_reply(client.call(Trigger, 'advise/undo', Trigger.Request(), options.wait))
     if options.retract is not None:
         if not 0 < options.retract < 2**64:
             raise InputError(f'--retract is {options.retract}; answer ids count up from 1')
         request = RetractAdvice.Request(advice_id=options.retract)
-        return _tell(client.call(RetractAdvice, 'advise/retract', request, options.wait))
+        return _print_reply(client.call(RetractAdvice, 'advise/retract', request, options.wait))
     if said is None:
         return _show(client, options.wait)
     if options.preview:
@@ -130,7 +130,7 @@ def _act(client: GraphClient, options: argparse.Namespace, said: Answer | None) 
     return _send(client, said, options.wait)
 
 
-def _tell(reply: Trigger.Response | RetractAdvice.Response) -> int:
+def _print_reply(reply: Trigger.Response | RetractAdvice.Response) -> int:
     print(('done: ' if reply.success else 'refused: ') + reply.message)
     return ACCEPTED if reply.success else REFUSED
 

@@ -63,10 +63,10 @@ def run(argv: Sequence[str]) -> int:
     executor = SingleThreadedExecutor()
     executor.add_node(node)
     listener = GraphListener(node, ConsoleConfig.silence_s)
-    sitting = TerminalSession(RequestDispatcher(node, listener), options.name)
+    session = TerminalSession(RequestDispatcher(node, listener), options.name)
     spin = BackgroundSpin(executor, 'ask')
     try:
-        _sit(node, listener, sitting, terminal)
+        _run_session(node, listener, session, terminal)
         return OK
     except KeyboardInterrupt:
         return INTERRUPTED
@@ -84,20 +84,20 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
-def _sit(node: Node, listener: GraphListener, sitting: TerminalSession, terminal: Terminal) -> None:
+def _run_session(node: Node, listener: GraphListener, session: TerminalSession, terminal: Terminal) -> None:
     """Draw what changes, do what is typed, until the person leaves or the terminal is gone."""
     service, known, rest = node.resolve_service_name('advise/answer'), {'': 0}, b''
     with Live(console=Console(), screen=True, auto_refresh=False) as live:
-        while not sitting.over:
+        while not session.over:
             typed = terminal.read()
             if typed is None:
                 return
             meant, rest = decode(rest + typed)
             for one in meant:
-                sitting.key(one)
+                session.key(one)
             news = newer(listener.board.sections, known)
             known.update({name: section.version for name, section in news.items()})
-            sitting.hear(listener.board.sections)
-            if sitting.poll() or meant or news:
-                live.update(screen(listener.board.sections, sitting, service, node.get_namespace()), refresh=True)
+            session.hear(listener.board.sections)
+            if session.poll() or meant or news:
+                live.update(screen(listener.board.sections, session, service, node.get_namespace()), refresh=True)
             time.sleep(POLL_S)

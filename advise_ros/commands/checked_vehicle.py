@@ -115,16 +115,16 @@ class CheckedVehicle:
     def _silence(self) -> str:
         """Why no autopilot is heard, as far as it can be told, and what to do."""
         link, hindrance = self.link, self._companion.hindrance
-        heard = f'no autopilot is heard within {self._wait_s:g} s on {link.url}'
+        silence = f'no autopilot is heard within {self._wait_s:g} s on {link.url}'
         if link.refused_signatures:
-            return f"{heard}: {hindrance}; give --signing-key the autopilot's own key, or none where it has none"
+            return f"{silence}: {hindrance}; give --signing-key the autopilot's own key, or none where it has none"
         if self._companion.vehicle.unfit:
-            return f'{heard}: {hindrance}; only ArduPilot and PX4 multicopters are flown'
+            return f'{silence}: {hindrance}; only ArduPilot and PX4 multicopters are flown'
         if hindrance:
-            return f'{heard}: {hindrance}; start the autopilot, or name its own address'
+            return f'{silence}: {hindrance}; start the autopilot, or name its own address'
         if link.bad_bytes:
-            return f'{heard}: {link.bad_bytes} bytes came that are no MAVLink; see that port and --baud are right'
-        return f'{heard}: nothing comes; start the autopilot, or have it send there (ArduPilot in SITL: --out=udp:HOST:PORT)'
+            return f'{silence}: {link.bad_bytes} bytes came that are no MAVLink; see that port and --baud are right'
+        return f'{silence}: nothing comes; start the autopilot, or have it send there (ArduPilot in SITL: --out=udp:HOST:PORT)'
 
     # -- writing ------------------------------------------------------------------------------
     def why_not_write(self) -> str:

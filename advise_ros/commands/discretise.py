@@ -25,7 +25,7 @@ from advise_ros.core.grid.grid import Grid
 from advise_ros.core.units import NS
 from advise_ros.exits import INTERRUPTED, OK, USAGE, fail
 from advise_ros.recording.bags import DEFAULT_TOPICS, BagTopics
-from advise_ros.recording.batch import Harvest, ReadTask, harvest, harvest_all
+from advise_ros.recording.batch import ReadTask, RecordingResult, read_all, read_one
 from advise_ros.recording.dataset import Dataset, save_dataset
 from advise_ros.recording.demofile import save_demonstrations
 from advise_ros.recording.gridfile import load_grid
@@ -163,7 +163,7 @@ def _discretise_all(options: argparse.Namespace, grid: Grid, settings: Discretis
     outcome = BatchOutcome([], [], [], {})
     paths = _found(options.paths, outcome)
     task = ReadTask(grid, settings, _topics(options), options.undivided, options.policy_flights)
-    for one in _harvested(options, paths, task):
+    for one in _read_paths(options, paths, task):
         first = len(outcome.demonstrations) + 1
         outcome.demonstrations.extend(
             replace(demonstration, demonstration_id=recorded_flights.name(first + index))
@@ -185,16 +185,16 @@ def _found(paths: Sequence[str], outcome: BatchOutcome) -> list[str]:
     return list(dict.fromkeys(found))
 
 
-def _harvested(options: argparse.Namespace, paths: list[str], task: ReadTask) -> list[Harvest]:
+def _read_paths(options: argparse.Namespace, paths: list[str], task: ReadTask) -> list[RecordingResult]:
     columns = (TextColumn('{task.description}'), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     console = Console(stderr=True)
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
         if len(paths) == 1 and not options.dask:
             (path,) = paths
             work = bar.add_task(Path(path).name, total=None)
-            return [harvest(path, task, lambda done, total: bar.update(work, completed=done, total=total))]
+            return [read_one(path, task, lambda done, total: bar.update(work, completed=done, total=total))]
         work = bar.add_task('recordings', total=len(paths))
-        return harvest_all(paths, task, jobs=options.jobs, dask=options.dask, done=lambda: bar.advance(work))
+        return read_all(paths, task, jobs=options.jobs, dask=options.dask, done=lambda: bar.advance(work))
 
 
 # -- report ----------------------------------------------------------------------------------------

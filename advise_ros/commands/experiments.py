@@ -144,12 +144,12 @@ def _note(sentence: str) -> None:
 def _progress(bar: Progress) -> Callable[[str, int, int], None]:
     started: dict[str, Any] = {}
 
-    def tell(name: str, done: int, total: int) -> None:
+    def report(name: str, done: int, total: int) -> None:
         if name not in started:
             started[name] = bar.add_task(name, total=total)
         bar.update(started[name], completed=done)
 
-    return tell
+    return report
 
 
 def _performer(options: argparse.Namespace) -> runner.Performer:

@@ -42,7 +42,7 @@ def run(argv: Sequence[str]) -> int:
     if found.target is None:
         print(f'{options.bag} is whole; there is nothing to recover')
         return OK
-    print('\n'.join(found.told))
+    print('\n'.join(found.losses))
     print(f'{found.n_messages} messages are in {found.target}')
     return OK
 

@@ -124,7 +124,7 @@ class Companion:
     def _lose_link(self) -> None:
         self._rates.forget()
         self.timesync.forget()
-        self.vehicle.heard_at_s.clear()
+        self.vehicle.received_at_s.clear()
         # Its mode may have changed meanwhile: whatever else is heard first, only a new heartbeat tells.
         self.vehicle.heartbeat_at_s = -math.inf
         if self._machine is not None:

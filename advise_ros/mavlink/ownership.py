@@ -72,9 +72,9 @@ class FailsafeWatch:
         """Take in what the vehicle says now; `mode` is the name of its mode, `own` whether it is that of our setpoints."""
         if vehicle.custom_mode != self._mode:
             self._mode, self._mode_s, self._by_text = vehicle.custom_mode, now_s, ''
-        told_s = vehicle.failsafe_text_at_s
-        if told_s != self._explained_s and abs(told_s - self._mode_s) <= EXPLAINS_S:  # Each text explains one change.
-            self._by_text, self._explained_s = vehicle.failsafe_text, told_s
+        text_s = vehicle.failsafe_text_at_s
+        if text_s != self._explained_s and abs(text_s - self._mode_s) <= EXPLAINS_S:  # Each text explains one change.
+            self._by_text, self._explained_s = vehicle.failsafe_text, text_s
         if not vehicle.armed or not (vehicle.in_failsafe or self._by_text):
             self.name = self._kept = ''
         else:

@@ -61,19 +61,19 @@ class RateWatch:
         watched = self._watched.setdefault(number, _Watched())
         periods_s = SILENT_PERIODS / rate_hz
         self._count(watched, number, rate_hz * ENOUGH, max(WINDOW_S, periods_s), now_s)
-        silent = now_s - self._vehicle.heard_at_s.get(number, -math.inf) > max(SILENT_S, periods_s)
-        if number in OPTIONAL and watched.asks >= OPTIONAL_ASKS and not self._vehicle.heard[number]:
+        silent = now_s - self._vehicle.received_at_s.get(number, -math.inf) > max(SILENT_S, periods_s)
+        if number in OPTIONAL and watched.asks >= OPTIONAL_ASKS and not self._vehicle.n_received[number]:
             return False
         in_a_row = ASKS_FOR_DOUBTS if number in DOUBTS else ASKS_IN_A_ROW
         wait_s = ASK_S if watched.asks < in_a_row else ASK_SELDOM_S
         if watched.asks and not ((silent or watched.seldom) and now_s - watched.asked_s >= wait_s):
             return False
-        self._watched[number] = _Watched(now_s, watched.asks + 1, count=self._vehicle.heard[number])
+        self._watched[number] = _Watched(now_s, watched.asks + 1, count=self._vehicle.n_received[number])
         return True
 
     def _count(self, watched: _Watched, number: int, least_hz: float, window_s: float, now_s: float) -> None:
         """Judge the rate once a window; the first one begins with the first message after a request."""
-        count = self._vehicle.heard[number]
+        count = self._vehicle.n_received[number]
         if watched.since_s == -math.inf:
             if count != watched.count:
                 watched.since_s, watched.count = now_s, count

@@ -94,10 +94,10 @@ class SigningClock:
         """Our own time."""
         return self._base + self._steady()
 
-    def adopt(self, heard: int) -> None:
+    def adopt(self, seen: int) -> None:
         """Take note of a time that came with a right signature."""
-        if heard <= self.own + FURTHEST_AHEAD:
-            self._ahead = max(self._ahead, heard)
+        if seen <= self.own + FURTHEST_AHEAD:
+            self._ahead = max(self._ahead, seen)
 
     def stamp(self) -> int:
         """A time to send, later than all before."""

@@ -78,7 +78,7 @@ class Vehicle:
         custom_mode, mode_at_s: the mode that is flown, and when it was first heard of.
         diverted: it says that it flies another mode than the one that was commanded.
         failsafe_text: its last text that names a failsafe.
-        heard_at_s, heard: when each message came last, and how often so far.
+        received_at_s, n_received: when each message came last, and how often so far.
     """
 
     heartbeat_timeout_s: float
@@ -89,7 +89,7 @@ class Vehicle:
     address: Address | None = None
     autopilot: int = 0
     heartbeat_at_s: float = -math.inf
-    heard_s: float = -math.inf
+    received_s: float = -math.inf
     armed: bool = False
     custom_mode: int | None = None
     mode_at_s: float = -math.inf
@@ -113,15 +113,15 @@ class Vehicle:
     refused_strangers: int = 0
     unfit: str = ''
     position_fresh: bool = False
-    heard_at_s: dict[int, float] = field(default_factory=dict)
-    heard: Counter[int] = field(default_factory=Counter)
+    received_at_s: dict[int, float] = field(default_factory=dict)
+    n_received: Counter[int] = field(default_factory=Counter)
     _chunks: tuple[int, int, str] = (0, 0, '')
     _order: BootOrder = field(default_factory=BootOrder)
 
     def connected(self, now_s: float) -> bool:
         """Whether it is heard. A bad link loses some heartbeats in a row; what comes between them shows that it lives."""
-        heard = now_s - self.heard_s <= self.heartbeat_timeout_s
-        return heard and now_s - self.heartbeat_at_s <= HEARTBEATS_LOST * self.heartbeat_timeout_s
+        received = now_s - self.received_s <= self.heartbeat_timeout_s
+        return received and now_s - self.heartbeat_at_s <= HEARTBEATS_LOST * self.heartbeat_timeout_s
 
     @property
     def name(self) -> str:
@@ -159,8 +159,8 @@ class Vehicle:
         if not mav.is_plausible(message):
             self.refused_numbers += 1
             return False
-        self.heard_s = self.heard_at_s[message_id] = now_s
-        self.heard[message_id] += 1
+        self.received_s = self.received_at_s[message_id] = now_s
+        self.n_received[message_id] += 1
         handler = _HANDLERS.get(message_id)
         if handler is not None:
             handler(self, message, now_s)
@@ -237,7 +237,7 @@ class Vehicle:
         self.health = self.ekf_flags = self.attitude = None
         self.position_fresh = False
         self.landed_state = 0
-        self.heard_at_s.clear()
+        self.received_at_s.clear()
 
     def _on_ack(self, message: Message, now_s: float) -> None:
         ours = message.target_system in (0, self.own_system) and message.target_component in (0, self.own_component)
@@ -267,7 +267,7 @@ class Vehicle:
             (mav.EXTENDED_SYS_STATE, 'landed_state', 0), (mav.CURRENT_MODE, 'diverted', False),
             (mav.LOCAL_POSITION_NED, 'position_fresh', False),
         ):
-            if now_s - self.heard_at_s.get(message_id, -math.inf) > FACT_S:
+            if now_s - self.received_at_s.get(message_id, -math.inf) > FACT_S:
                 setattr(self, name, unknown)
 
     def ack_since(self, command: int, since_s: float) -> int | None:

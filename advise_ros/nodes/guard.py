@@ -148,8 +148,8 @@ class Guard(ManagedNode):
         self._limits = limits_of(self.config, load_grid_of(self.config))
         self._monitor = renewed(self._monitor, self.config, self._limits)
         self._commanded = False
-        self.hear(TwistStamped, 'cmd_vel', self._on_command, qos.COMMAND)
-        self.hear(PoseStamped, 'pose', self._on_pose, qos.SENSOR)
+        self.listen(TwistStamped, 'cmd_vel', self._on_command, qos.COMMAND)
+        self.listen(PoseStamped, 'pose', self._on_pose, qos.SENSOR)
         self._tick.reset()
 
     def end(self) -> None:

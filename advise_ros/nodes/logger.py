@@ -58,7 +58,7 @@ class LoggerNode(Node):
             raise InputError("parameter 'bag' is empty; name the directory to write, e.g. -p bag:=session1")
         self.exit_code = exits.OK
         self._diagnostics = Diagnostics(self)
-        self._told_end = False
+        self._end_reported = False
         self._opened: set[str] = set()
         self._simulated = bool(self.get_parameter('use_sim_time').value)
         self._simulated_ns = 0
@@ -91,7 +91,7 @@ class LoggerNode(Node):
     # -- messages ----------------------------------------------------------------------------
     def _take(self) -> None:
         if self._writer.problem is not None:
-            self._tell_end(self._writer.problem)
+            self._report_end(self._writer.problem)
             return
         entries = []
         for arrival in self._incoming.take():
@@ -127,7 +127,7 @@ class LoggerNode(Node):
     def _report(self) -> None:
         problems, counts, dropped = self._incoming.problems, self._writer.counts, self._writer.dropped
         if self._writer.problem is not None:
-            self._tell_end(self._writer.problem)
+            self._report_end(self._writer.problem)
         elif dropped:
             self._diagnostics.set(diagnostics.ERROR, f'the disk of {self.config.bag} is too slow: messages are lost', {
                 'lost': dropped, **counts,
@@ -137,11 +137,11 @@ class LoggerNode(Node):
         else:
             self._diagnostics.set(diagnostics.OK, f'recording into {self.config.bag}', counts)
 
-    def _tell_end(self, problem: str) -> None:
+    def _report_end(self, problem: str) -> None:
         """Say once that nothing more is recorded; the rest of the graph must not suffer."""
-        if self._told_end:
+        if self._end_reported:
             return
-        self._told_end = True
+        self._end_reported = True
         self.exit_code = exits.VERDICT_NO
         text = f'recording into {self.config.bag} stopped: {problem}; free some space and start the logger again'
         self.get_logger().error(text)
@@ -154,7 +154,7 @@ class LoggerNode(Node):
         self._writer.close()
         if self._writer.problem is not None:
             self.exit_code = exits.VERDICT_NO
-            if not self._told_end:
+            if not self._end_reported:
                 exits.fail(f'bag {self.config.bag} could not be finished: {self._writer.problem}; free some space')
 
 

@@ -84,7 +84,7 @@ class MavlinkBridge(ManagedNode):
         self._diagnosed_s = -math.inf
         self._clocks = ClockPublisher(self, self.config.clock)
         self._simulated_time = bool(self.get_parameter('use_sim_time').value)
-        self._teller = VehiclePublisher(self, simulated_time=self._simulated_time)
+        self._vehicle_publisher = VehiclePublisher(self, simulated_time=self._simulated_time)
         self.diagnostics.meter('pose', 'cmd_vel')
         self._make_entities()
         self.autostart(wanted=self.config.autostart)
@@ -113,13 +113,13 @@ class MavlinkBridge(ManagedNode):
         self._altitude_m = self.config.takeoff_altitude_m or (grid.altitude_m if grid else 0.0)
         self._companion = Companion(self._settings())
         self._companion.rest(f'{self.get_fully_qualified_name()} is inactive', time.monotonic())
-        self._teller.forget()
+        self._vehicle_publisher.forget()
         self._link = Link(
             self.config.url, baud=self.config.baud, system_id=self.config.system_id,
             component_id=self.config.component_id, key=optional_key(self.config.signing_key_file), wake=self._wake_up,
         )
         self._started = False
-        self.hear(TwistStamped, 'cmd_vel', self._on_command, qos.COMMAND)
+        self.listen(TwistStamped, 'cmd_vel', self._on_command, qos.COMMAND)
         self._tick.reset()
 
     def begin(self) -> None:
@@ -139,7 +139,7 @@ class MavlinkBridge(ManagedNode):
         self._requests.give_up(LINK_CLOSED)
         self._companion = Companion(self._settings())
         now_s = time.monotonic()
-        self._teller.tell(self._companion.status(now_s)._replace(waiting_for=LINK_CLOSED), now_s)
+        self._vehicle_publisher.publish_status(self._companion.status(now_s)._replace(waiting_for=LINK_CLOSED), now_s)
 
     def _close_link(self) -> None:
         if self._link is not None:
@@ -167,19 +167,19 @@ class MavlinkBridge(ManagedNode):
         link.answer_to(received.source)
         self._clocks.take(received.message)
         if self._companion.timesync.bounds is not bounds and self._companion.timesync.bounds is not None:
-            self._teller.stamper.bounded(self._companion.timesync.bounds, received.at_s)
+            self._vehicle_publisher.stamper.bounded(self._companion.timesync.bounds, received.at_s)
             self._monitor.clock_bounds(*self._companion.timesync.bounds, received.at_s)
         if vehicle.motion is not motion and vehicle.motion is not None:
             motion, boot_ns = vehicle.motion, vehicle.motion.time_boot_ms * NS_PER_MS
             self._monitor.pose(motion.position_enu_m, MAP_FRAME, motion.at_s, stamp_ns=boot_ns, doubt=vehicle.doubt)
             self._publish_pose(vehicle.motion, vehicle.attitude)
         if vehicle.battery is not battery and vehicle.battery is not None:
-            self._teller.battery(vehicle.battery)
+            self._vehicle_publisher.battery(vehicle.battery)
         if vehicle.text != text and not vehicle.text_goes_on:
             self.get_logger().info(f'the autopilot says: {vehicle.text}')
 
     def _publish_pose(self, motion: Motion, attitude: Attitude | None) -> None:
-        self._teller.pose(motion, attitude)
+        self._vehicle_publisher.pose(motion, attitude)
         self.diagnostics.tick('pose')
 
     def _step(self, link: Link, now_s: float) -> None:
@@ -187,7 +187,7 @@ class MavlinkBridge(ManagedNode):
         self._requests.answer()
         status = self._companion.status(now_s)
         self._vehicle_log.look(status, now_s, under_way=self._companion.progressing)
-        self._teller.tell(status, now_s)
+        self._vehicle_publisher.publish_status(status, now_s)
 
     def _transmit(self, messages: list[Message]) -> None:
         for message in messages:
@@ -213,7 +213,7 @@ class MavlinkBridge(ManagedNode):
         self.diagnostics.tick('cmd_vel')
         now_s, now_ns = time.monotonic(), self.get_clock().now().nanoseconds
         if self._simulated_time:  # One that runs fast may lag behind the poses that commands are stamped with.
-            now_ns = max(now_ns, self._teller.stamper.newest_ns)
+            now_ns = max(now_ns, self._vehicle_publisher.stamper.newest_ns)
         put_command(self._monitor, message, now_s, now_ns)
         self._command(now_s)
 
@@ -260,15 +260,15 @@ class MavlinkBridge(ManagedNode):
             return ''
         if self._altitude_m <= 0.0:
             return "its altitude is unknown; set the parameter 'takeoff_altitude_m' or 'grid_file'"
-        return f'{problem}; {REMEDY}' if (problem := self._teller.simulated_clock.problem(now_s)) else ''
+        return f'{problem}; {REMEDY}' if (problem := self._vehicle_publisher.simulated_clock.problem(now_s)) else ''
 
     # -- diagnostics -------------------------------------------------------------------------
     def _diagnose(self, link: Link) -> None:
-        status, now_s = self._teller.status, time.monotonic()
+        status, now_s = self._vehicle_publisher.status, time.monotonic()
         if status is None or ((status, self._reason) == self._diagnosed and now_s - self._diagnosed_s < STATUS_PERIOD_S):
             return
         self._diagnosed, self._diagnosed_s = (status, self._reason), now_s
-        clocks = self._clocks.problem(different_speeds=self._teller.stamper.different_speeds)
+        clocks = self._clocks.problem(different_speeds=self._vehicle_publisher.stamper.different_speeds)
         if clocks:
             self.get_logger().warning(clocks, once=True)
         stopped, fence = '' if self._reason else self._stopped, '' if self._limits.fence else FENCE_OFF

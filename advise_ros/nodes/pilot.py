@@ -37,7 +37,7 @@ from advise_ros.ros.flying import (
     between_poses_ns,
     velocity_command,
 )
-from advise_ros.ros.hearing import Audience
+from advise_ros.ros.receivers import Receivers
 from advise_ros.ros.simulated_clock import ClockWatch
 
 MISSION_PERIOD_S = 0.25
@@ -77,19 +77,19 @@ class PilotNode(Node):
         self._vehicle: VehicleState | None = None
         self._gate, self._time = PoseGate(), ClockWatch(self)
         self._pose_at_s = time.monotonic()
-        self._told = ''
+        self._announced = ''
         self._gave_up_at_s: float | None = None
         self._stop_reply: Future | None = None
-        self._audience = self._nodes_to_hear()
+        self._receivers = self._nodes_to_hear()
         self._audible_s: float | None = None
         self.exit_code = exits.OK
         self._diagnostics = Diagnostics(self)
         self._make_entities()
 
-    def _nodes_to_hear(self) -> Audience:
+    def _nodes_to_hear(self) -> Receivers:
         space = self.get_namespace().rstrip('/')
         names = [name.strip() for name in self.config.heard_by.split(',') if name.strip()]
-        return Audience([f'{space}/{name}' for name in names], self.resolve_topic_name('cmd_vel'))
+        return Receivers([f'{space}/{name}' for name in names], self.resolve_topic_name('cmd_vel'))
 
     def _make_entities(self) -> None:
         self._commands = self.create_publisher(TwistStamped, 'cmd_vel', qos.COMMAND)
@@ -98,8 +98,8 @@ class PilotNode(Node):
         self._recorder_stop = self.create_client(Trigger, 'recorder/stop')
         self.create_subscription(VehicleStatus, 'vehicle_status', self._on_vehicle, qos.latched())
         self.create_subscription(PoseStamped, 'pose', self._on_pose, NEWEST_POSE)
-        if self._audience.missing:
-            self.create_subscription(DiagnosticArray, '/diagnostics', self._audience.on_diagnostics, DIAGNOSTICS_DEPTH)
+        if self._receivers.missing:
+            self.create_subscription(DiagnosticArray, '/diagnostics', self._receivers.on_diagnostics, DIAGNOSTICS_DEPTH)
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(MISSION_PERIOD_S, self._on_mission, clock=steady)
         self._watchdog = self.create_timer(1.0 / self.config.watchdog_rate_hz, self._on_watchdog, clock=steady)
@@ -118,7 +118,7 @@ class PilotNode(Node):
             self._call(ask)
         if before != self._mission.stage:
             self._enter(self._mission.stage)
-        self._tell(self._sentence())
+        self._announce(self._sentence())
         if self._mission.over:
             self._finish()
 
@@ -165,7 +165,7 @@ class PilotNode(Node):
             self._fly(self._flight, pose)
 
     def _fly(self, flight: PilotFlight, pose: Pose) -> None:
-        if not self._is_heard() or (flight.gave_up and not self._recorder_told()):
+        if not self._is_received() or (flight.gave_up and not self._recorder_has_published()):
             self._commands.publish(velocity_command(ZERO, pose.stamp_ns))
             return
         try:
@@ -181,24 +181,24 @@ class PilotNode(Node):
             self._mission.flown(time.monotonic())
             self._enter(self._mission.stage)
             self._advance_mission()
-        self._tell(self._sentence())
+        self._announce(self._sentence())
 
-    def _is_heard(self) -> bool:
+    def _is_received(self) -> bool:
         """Whoever records may not have found this sender yet, and would not know of its first moves."""
-        if not self._audience.missing:
+        if not self._receivers.missing:
             return True
         now_s = time.monotonic()
         if self._audible_s is None:
             self._audible_s = now_s
-        self._audience.sent()
+        self._receivers.sent()
         if now_s - self._audible_s <= self.config.heard_timeout_s:
             return False
-        missing = ', '.join(sorted(self._audience.missing))
+        missing = ', '.join(sorted(self._receivers.missing))
         self.get_logger().warning(f'{missing} did not count the commands within {self.config.heard_timeout_s:g} s; it flies on')
-        self._audience.missing.clear()
+        self._receivers.missing.clear()
         return True
 
-    def _recorder_told(self) -> bool:
+    def _recorder_has_published(self) -> bool:
         """The way home is no demonstration: a recorder that listens ends it first; hold until it has."""
         now_s = time.monotonic()
         if self._gave_up_at_s is None:
@@ -221,7 +221,7 @@ class PilotNode(Node):
         silent = 'no pose arrives' if missing_s > self.config.pose_timeout_s else ''
         said = self._time.problem or (silent and (self._gate.problem or silent))
         level = ERROR if self._mission.failure else WARN if said else OK
-        self._diagnostics.set(level, self._mission.failure or said or self._told, {'poses refused': self._gate.refused})
+        self._diagnostics.set(level, self._mission.failure or said or self._announced, {'poses refused': self._gate.refused})
 
     def _hold(self) -> None:
         if self._vehicle is not None and self._vehicle.commandable:
@@ -238,8 +238,8 @@ class PilotNode(Node):
             return f'{sentence}; {mission.obstacle}'
         if mission.stage == MissionStage.WAITING and self._vehicle is not None and self._vehicle.waiting_for:
             sentence += f' ({self._vehicle.waiting_for})'
-        if flight is not None and self._audible_s is not None and self._audience.missing:
-            return f'{sentence}, holding until {", ".join(sorted(self._audience.missing))} hears the commands'
+        if flight is not None and self._audible_s is not None and self._receivers.missing:
+            return f'{sentence}, holding until {", ".join(sorted(self._receivers.missing))} hears the commands'
         if flight is None or flight.state is None:
             return sentence
         if flight.ending:
@@ -248,9 +248,9 @@ class PilotNode(Node):
         waypoint = list(self._grid.xy(self._grid.waypoints[self._grid.next_waypoint(flight.state)]))
         return f'{sentence}, cell {cell}, next waypoint {waypoint}, move {flight.moves}'
 
-    def _tell(self, sentence: str) -> None:
-        if sentence != self._told:
-            self._told = sentence
+    def _announce(self, sentence: str) -> None:
+        if sentence != self._announced:
+            self._announced = sentence
             self._statuses.publish(String(data=sentence))
 
 

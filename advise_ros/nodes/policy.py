@@ -88,12 +88,12 @@ class PolicyNode(ManagedNode):
     def _forget(self, grid: Grid | None) -> None:
         """What was heard so far counts no more."""
         self._ready = Readiness(self, self.config, grid)
-        self._shelf, self._poses = self._ready.shelf, self._ready.poses
+        self._policies, self._poses = self._ready.policies, self._ready.poses
         self._pose_missing = False
 
     def _make_entities(self) -> None:
         self._commands = self.create_publisher(TwistStamped, 'cmd_vel', qos.COMMAND)
-        self._teller = FlightPublisher(self)
+        self._flight_publisher = FlightPublisher(self)
         self.create_service(Trigger, 'policy/stop', self._on_stop)
         self._action = ActionServer(
             self, Fly, 'policy/fly', _begun_on_acceptance, callback_group=ReentrantCallbackGroup(),
@@ -108,9 +108,9 @@ class PolicyNode(ManagedNode):
     # -- life cycle --------------------------------------------------------------------------
     def open_up(self) -> None:
         self._forget(grid_if_named(self, self.config))
-        self.hear(Policy, 'advise/policy', self._on_policy, qos.latched())
-        self.hear(VehicleStatus, 'vehicle_status', self._on_vehicle, qos.latched())
-        self.hear(PoseStamped, 'pose', self._on_pose, NEWEST_POSE)
+        self.listen(Policy, 'advise/policy', self._on_policy, qos.latched())
+        self.listen(VehicleStatus, 'vehicle_status', self._on_vehicle, qos.latched())
+        self.listen(PoseStamped, 'pose', self._on_pose, NEWEST_POSE)
 
     def end(self) -> None:
         self._end(FlightPhase.STOPPED, 'the policy node was deactivated; the vehicle holds', wanted=True)
@@ -120,9 +120,9 @@ class PolicyNode(ManagedNode):
 
     # -- what is flown -----------------------------------------------------------------------
     def _on_policy(self, message: Policy) -> None:
-        self._shelf.put(message)
-        if self._shelf.problem:
-            self.get_logger().warning(self._shelf.problem)
+        self._policies.put(message)
+        if self._policies.problem:
+            self.get_logger().warning(self._policies.problem)
 
     def _on_vehicle(self, message: VehicleStatus) -> None:
         self._ready.vehicle = vehicle = vehicle_from_msg(message)
@@ -145,13 +145,13 @@ class PolicyNode(ManagedNode):
         flight = flying.flight
         if self._pose_missing:
             self._pose_missing = False
-            self.get_logger().info(f'flight {self._teller.status.flight_id}: poses are back, it goes on')
+            self.get_logger().info(f'flight {self._flight_publisher.status.flight_id}: poses are back, it goes on')
         velocity = flight.step(pose)
         self._commands.publish(velocity_command(velocity, pose.stamp_ns))
         if flight.phase.over:
             self._end(flight.phase, flight.message)
-        elif self._teller.tell(flight, flight.phase, flight.message, pose.stamp_ns):
-            next_waypoint = self._teller.status.next_waypoint
+        elif self._flight_publisher.update(flight, flight.phase, flight.message, pose.stamp_ns):
+            next_waypoint = self._flight_publisher.status.next_waypoint
             flying.goal.publish_feedback(Fly.Feedback(state=flight.state, next_waypoint=next_waypoint, steps=flight.steps))
 
     @property
@@ -167,11 +167,11 @@ class PolicyNode(ManagedNode):
         flying.flight.end(phase, message)
         if phase in (FlightPhase.CANCELED, FlightPhase.STOPPED):
             self._publish_zero()
-        self._teller.tell(flying.flight, phase, message, self._stamp_ns)
+        self._flight_publisher.update(flying.flight, phase, message, self._stamp_ns)
         self._flying, self._hold_until_s = None, time.monotonic() + HOLD_S
         self._silence.cancel()
         self._watchdog.reset()
-        said = f'flight {self._teller.status.flight_id}: {phase.name}, {message}'
+        said = f'flight {self._flight_publisher.status.flight_id}: {phase.name}, {message}'
         if wanted or phase in ENDS_AS_WANTED:
             self.get_logger().info(said)
         else:
@@ -181,7 +181,8 @@ class PolicyNode(ManagedNode):
     def _result(self, flying: Flying) -> Fly.Result:
         flight = flying.flight
         return Fly.Result(
-            success=flight.phase == FlightPhase.SUCCEEDED, phase=int(flight.phase), flight_id=self._teller.status.flight_id,
+            success=flight.phase == FlightPhase.SUCCEEDED, phase=int(flight.phase),
+            flight_id=self._flight_publisher.status.flight_id,
             policy_version=flying.policy_version, steps=flight.steps, waypoints_reached=flight.waypoints_reached,
             seconds=(self._stamp_ns - flying.began_ns) / NS, message=flight.message,
         )
@@ -207,16 +208,16 @@ class PolicyNode(ManagedNode):
         if not refusal:
             return GoalResponse.ACCEPT
         self.get_logger().warning(f'policy/fly is refused: {refusal}')
-        self._teller.refuse(refusal)
+        self._flight_publisher.refuse(refusal)
         return GoalResponse.REJECT
 
     def _on_accepted(self, goal: ServerGoalHandle) -> None:
-        flight = PolicyFlight(self._shelf.plan(goal.request), self.config.seek_settings())
-        self._flying = Flying(flight, self._shelf.version, self._stamp_ns, goal, Future())
+        flight = PolicyFlight(self._policies.plan(goal.request), self.config.seek_settings())
+        self._flying = Flying(flight, self._policies.version, self._stamp_ns, goal, Future())
         self._pose_missing = False
         self._silence.came()
-        self._teller.begin(flight, self._shelf.version, self._stamp_ns)
-        self.get_logger().info(f'flight {self._teller.status.flight_id} of policy {self._shelf.version} begins')
+        self._flight_publisher.begin(flight, self._policies.version, self._stamp_ns)
+        self.get_logger().info(f'flight {self._flight_publisher.status.flight_id} of policy {self._policies.version} begins')
         goal.execute(partial(self._execute, self._flying.ended))
 
     async def _execute(self, ended: Future, goal: ServerGoalHandle) -> Fly.Result:
@@ -241,7 +242,7 @@ class PolicyNode(ManagedNode):
             response.message = 'no flight was under way'
         else:
             self._end(FlightPhase.STOPPED, 'stopped by policy/stop; the vehicle holds', wanted=True)
-            response.message = f'flight {self._teller.status.flight_id} is stopped; the vehicle holds'
+            response.message = f'flight {self._flight_publisher.status.flight_id} is stopped; the vehicle holds'
         return response
 
     # -- steady time -------------------------------------------------------------------------
@@ -252,12 +253,12 @@ class PolicyNode(ManagedNode):
         self._pose_missing = True
         self._publish_zero()
         self._watchdog.reset()
-        self._tell_hold(self._flying.flight)
+        self._report_hold(self._flying.flight)
 
-    def _tell_hold(self, flight: PolicyFlight) -> None:
+    def _report_hold(self, flight: PolicyFlight) -> None:
         reason = self._poses.problem or f'no pose for {self.config.pose_timeout_s:g} s'
-        if self._teller.tell(flight, flight.phase, f'holding: {reason}', self._stamp_ns):
-            self.get_logger().warning(f'flight {self._teller.status.flight_id}: holding: {reason}')
+        if self._flight_publisher.update(flight, flight.phase, f'holding: {reason}', self._stamp_ns):
+            self.get_logger().warning(f'flight {self._flight_publisher.status.flight_id}: holding: {reason}')
 
     def _on_watchdog(self) -> None:
         now_s = time.monotonic()
@@ -268,7 +269,7 @@ class PolicyNode(ManagedNode):
         if holds:
             self._publish_zero()
         if holds and self._flying is not None:
-            self._tell_hold(self._flying.flight)
+            self._report_hold(self._flying.flight)
         self._patience.look(now_s)
         if not holds and not self._patience.waits:
             self._watchdog.cancel()
@@ -280,8 +281,8 @@ class PolicyNode(ManagedNode):
     def _diagnose(self) -> None:
         said = self._ready.complaint
         values = {
-            'phase': FlightPhase(self._teller.status.phase).name, 'policy version': self._shelf.version,
-            'flights': self._teller.status.flight_id, 'poses refused': self._poses.refused,
+            'phase': FlightPhase(self._flight_publisher.status.phase).name, 'policy version': self._policies.version,
+            'flights': self._flight_publisher.status.flight_id, 'poses refused': self._poses.refused,
         }
         self.diagnostics.set(WARN if said else OK, said or ('flying' if self._flying else 'ready to fly'), values)
 

@@ -124,7 +124,7 @@ class RecorderNode(Node):
         self._poses += 1
         self._diagnostics.tick('pose')
         if self._poses % REPORT_POSES == 0:
-            self._tell()
+            self._publish_status()
             self._diagnostics.publish()
         if not self._is_in_map('positions', message.header.frame_id):
             return
@@ -166,12 +166,12 @@ class RecorderNode(Node):
         self._recorder.policy(flies=message.phase in (message.TO_START, message.FLYING), stamp_ns=stamp_ns)
 
     def _on_demonstration(self, message: msg.Demonstration) -> None:
-        self._recorder.heard(message.demonstration_id)
+        self._recorder.skip_number(message.demonstration_id)
 
     def _on_learner(self, message: msg.LearnerStatus) -> None:
         """It remembers the demonstrations of a recorder that is no more."""
         for demonstration_id in message.demonstration_ids:
-            self._recorder.heard(demonstration_id)
+            self._recorder.skip_number(demonstration_id)
 
     # -- services ----------------------------------------------------------------------------
     def _start(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
@@ -197,9 +197,9 @@ class RecorderNode(Node):
 
     def _report(self) -> None:
         self._track.publish()
-        self._tell()
+        self._publish_status()
 
-    def _tell(self) -> None:
+    def _publish_status(self) -> None:
         values = {
             'demonstrations': len(self._recorder.published), 'next': self._recorder.next_id,
             **self._counts(), **self._refused,
@@ -216,8 +216,8 @@ class RecorderNode(Node):
         """Messages heard by topic, as the logger tells them."""
         if self.config.source != 'topics':
             return {}
-        heard = {self.config.pose_source: self._poses, 'cmd_vel': self._commands}
-        return {self.resolve_topic_name(topic): count for topic, count in heard.items()}
+        received = {self.config.pose_source: self._poses, 'cmd_vel': self._commands}
+        return {self.resolve_topic_name(topic): count for topic, count in received.items()}
 
     def _waiting_for(self) -> str:
         if self._link is not None and self._link.problem:

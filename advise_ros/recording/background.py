@@ -72,7 +72,7 @@ class BackgroundWriter:
         self._bag, self._limits = bag, limits
         self._topics: dict[str, int] = {}
         self._waiting_bytes = self._written_bytes = 0
-        self._topics_told = 0
+        self._topics_written = 0
         self._jobs: queue.SimpleQueue[Job | None] = queue.SimpleQueue()
         self._disk = _DiskSync()
         self._thread = threading.Thread(target=self._run, name='writer', daemon=True)
@@ -146,9 +146,9 @@ class BackgroundWriter:
         self._bag.flush()
         self.counts = self._bag.counts
         self._disk.sync(self._bag.fileno)
-        if len(self._topics) != self._topics_told:
+        if len(self._topics) != self._topics_written:
             self._bag.write_metadata_file()
-            self._topics_told = len(self._topics)
+            self._topics_written = len(self._topics)
         limits = self._limits
         if (0 < limits.split_s * 1e9 <= self._bag.duration_ns) or (0 < limits.split_bytes <= self._bag.size):
             self._bag.split()

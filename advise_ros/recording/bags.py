@@ -268,12 +268,12 @@ class _Collected:
         counts = ((self._vectors[found.pose].unfit, found.pose), (unfit, found.status), (lost, found.policy))
         said += [_unfit(count, topic) for count, topic in counts if count]
         event_of = EVENT_OF.get(types.get(found.status, ''), EVENT_OF[ADVISE])
-        events, told = _changes([event_of(message) for _, message in statuses], [place for place, _ in statuses])
+        events, changed = _changes([event_of(message) for _, message in statuses], [place for place, _ in statuses])
         policy, flew = _changes([_policy_event(message) for _, message in flights], [place for place, _ in flights])
         return Recording(
             PoseSamples(stamps_ns, positions_enu_m), CommandSamples(commands_ns, velocities), events, policy,
             source=str(self._path), notes=(*notes, *said),
-            arrivals=Arrivals(*(np.searchsorted(in_order_of, of, side='right') for of in (commanded, told, flew))),
+            arrivals=Arrivals(*(np.searchsorted(in_order_of, of, side='right') for of in (commanded, changed, flew))),
         )
 
     def _poses(self, topic: str, *, numbered: bool) -> _Ordered:

@@ -39,7 +39,7 @@ class ReadTask:
     policy_flights: bool = False
 
 
-class Harvest(NamedTuple):
+class RecordingResult(NamedTuple):
     """What one recording gave: demonstrations and remarks, or in one sentence why it gave none."""
 
     path: str
@@ -48,7 +48,7 @@ class Harvest(NamedTuple):
     failure: str = ''
 
 
-def harvest(path: str, task: ReadTask, progress: ProgressCallback | None = None) -> Harvest:
+def read_one(path: str, task: ReadTask, progress: ProgressCallback | None = None) -> RecordingResult:
     """The demonstrations of one recording; nothing that is wrong with it is raised."""
     try:
         recording = read_recording(path, task.topics, progress)
@@ -56,15 +56,15 @@ def harvest(path: str, task: ReadTask, progress: ProgressCallback | None = None)
             task.grid, recording, task.settings, undivided=task.undivided, policy_flights=task.policy_flights,
         )
     except LogError as problem:
-        return Harvest(path, (), (), str(problem))
+        return RecordingResult(path, (), (), str(problem))
     except (MemoryError, OSError, ValueError, LookupError, TypeError) as problem:  # One recording must not end the others.
-        return Harvest(path, (), (), f'{path} cannot be read ({type(problem).__name__}: {problem}); please report it')
+        return RecordingResult(path, (), (), f'{path} cannot be read ({type(problem).__name__}: {problem}); please report it')
     remarks = tuple(f'{path}: {note}' for note in (*recording.notes, *found.notes))
     if found.demonstrations:
-        return Harvest(path, found.demonstrations, remarks)
+        return RecordingResult(path, found.demonstrations, remarks)
     reason = '; '.join(found.notes[:REASONS_SHOWN]) or why_no_flight(task.grid, recording)
-    told = ''.join(f' ({note})' for note in recording.notes[:REASONS_SHOWN])
-    return Harvest(path, (), (), f'{recording.source} gives no demonstration on this grid: {reason}{told}')
+    further = ''.join(f' ({note})' for note in recording.notes[:REASONS_SHOWN])
+    return RecordingResult(path, (), (), f'{recording.source} gives no demonstration on this grid: {reason}{further}')
 
 
 def why_no_flight(grid: Grid, recording: Recording) -> str:
@@ -79,7 +79,7 @@ def why_no_flight(grid: Grid, recording: Recording) -> str:
     return f'no flight reaches {grid.altitude_m:g} m, the highest position is {highest_m:.1f} m'
 
 
-def harvest_all(paths: Sequence[str], task: ReadTask, *, jobs: int, dask: str, done: Callable[[], None]) -> list[Harvest]:
+def read_all(paths: Sequence[str], task: ReadTask, *, jobs: int, dask: str, done: Callable[[], None]) -> list[RecordingResult]:
     """All recordings, in the order of their paths; `done` is called as each of them is.
 
     Args:
@@ -89,14 +89,14 @@ def harvest_all(paths: Sequence[str], task: ReadTask, *, jobs: int, dask: str, d
     Raises:
         InputError: there is no scheduler at that address.
     """
-    found: list[Harvest] = []
-    for one in _on_cluster(paths, task, dask) if dask else on_cores(partial(harvest, task=task), paths, jobs):
+    found: list[RecordingResult] = []
+    for one in _on_cluster(paths, task, dask) if dask else on_cores(partial(read_one, task=task), paths, jobs):
         found.append(one)
         done()
     return found
 
 
-def _on_cluster(paths: Sequence[str], task: ReadTask, address: str) -> Iterator[Harvest]:
+def _on_cluster(paths: Sequence[str], task: ReadTask, address: str) -> Iterator[RecordingResult]:
     from distributed import Client  # noqa: PLC0415  slow to load
 
     try:
@@ -104,9 +104,9 @@ def _on_cluster(paths: Sequence[str], task: ReadTask, address: str) -> Iterator[
     except (OSError, ValueError, TimeoutError) as problem:
         raise InputError(f'no Dask scheduler answers at {address!r} ({problem}); start one, or leave --dask out') from None
     with client:
-        futures = client.map(harvest, list(paths), task=task, pure=False)
+        futures = client.map(read_one, list(paths), task=task, pure=False)
         for path, future in zip(paths, futures, strict=True):
             try:
                 yield future.result()
             except Exception as problem:  # noqa: BLE001  a worker may lack the package, or die
-                yield Harvest(path, (), (), f'{path}: a worker of {address} failed ({type(problem).__name__}: {problem})')
+                yield RecordingResult(path, (), (), f'{path}: a worker of {address} failed ({type(problem).__name__}: {problem})')

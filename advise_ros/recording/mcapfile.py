@@ -267,7 +267,7 @@ def _uncompressed(compression: bytes, data: bytes, size: int) -> bytes:
 
 
 def _unzstd(data: bytes, size: int) -> bytes:
-    told = zstandard.frame_content_size(data)
-    if told not in (-1, size):
+    declared = zstandard.frame_content_size(data)
+    if declared not in (-1, size):
         raise NotWholeError('a chunk is damaged: its sizes disagree')
     return zstandard.decompress(data, size)

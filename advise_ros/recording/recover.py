@@ -34,7 +34,7 @@ class Salvage:
         with Salvage('cut.mcap') as salvage:
             for record in salvage.records():
                 ...
-            print(salvage.told())
+            print(salvage.losses())
 
     Attributes:
         file: the file; its `damages` tell what was stepped over so far.
@@ -102,16 +102,16 @@ class Salvage:
         """Nothing was lost, as far as the walk went, and the file was finished."""
         return self.finished and not self.file.damages and not self.orphans
 
-    def told(self) -> str:
+    def losses(self) -> str:
         """One sentence about what was lost, '' when nothing was."""
         parts = [] if self.finished else ['the recording was not finished']
-        parts += _damages_told(self)
+        parts += _damages(self)
         if self.orphans:
             parts.append(f'{self.orphans.total()} messages are without the definition of their topic')
         return '; '.join(parts)
 
 
-def _damages_told(salvage: Salvage) -> list[str]:
+def _damages(salvage: Salvage) -> list[str]:
     damages = salvage.file.damages
     if not damages:
         return []

@@ -26,12 +26,12 @@ class Recovered(NamedTuple):
     Attributes:
         target: the whole bag or file that was written; None when there was nothing to mend.
         n_messages: that it holds; 0 when there was nothing to mend.
-        told: one sentence for each file that something was lost of, after the file's name.
+        losses: one sentence for each file that something was lost of, after the file's name.
     """
 
     target: Path | None
     n_messages: int
-    told: tuple[str, ...]
+    losses: tuple[str, ...]
 
 
 def default_target(bag: Path) -> Path:
@@ -119,17 +119,17 @@ def _in_the_making(out: Path) -> Iterator[Path]:
 def _written(source: Path, files: list[Path], out: Path, part: Path) -> Recovered:
     names = [f'{out.name}_{number}.mcap' for number in range(len(files))] if source.is_dir() else [out.name]
     copies = [copied(file, part / name) for file, name in zip(files, names, strict=True)]
-    told = tuple(f'{file.name}: {copy.told}' for file, copy in zip(files, copies, strict=True) if copy.told)
+    losses = tuple(f'{file.name}: {copy.losses}' for file, copy in zip(files, copies, strict=True) if copy.losses)
     n_messages = sum(copy.writer.span.count for copy in copies)
     if not n_messages and not any(copy.n_records for copy in copies):
-        raise LogError(f'{source}: nothing in it is whole ({"; ".join(told)})')
+        raise LogError(f'{source}: nothing in it is whole ({"; ".join(losses)})')
     if source.is_dir():
         spans = [(copy.writer.path.name, copy.writer.span) for copy in copies]
         metadata.write(part, metadata.information(spans, _topics(copies)))
         part.rename(out)
     else:
         (part / out.name).rename(out)
-    return Recovered(out, n_messages, told)
+    return Recovered(out, n_messages, losses)
 
 
 @dataclass
@@ -137,7 +137,7 @@ class Copy:
     """A file being written with the records of another."""
 
     writer: McapWriter
-    told: str = ''
+    losses: str = ''
     n_records: int = 0
     _schemas: dict[int, int] = field(default_factory=dict)
     _channels: dict[int, int] = field(default_factory=dict)
@@ -190,7 +190,7 @@ def copied(source: Path, target: Path) -> Copy:
             copy.writer.abandon()
             raise
         copy.writer.finish()
-        copy.told = salvage.told()
+        copy.losses = salvage.losses()
         return copy
 
 

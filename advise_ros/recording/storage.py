@@ -127,13 +127,13 @@ def _described(bag: Path, inside: list[Path]) -> Source:
 class McapSource:
     """One or more .mcap files that follow each other."""
 
-    def __init__(self, path: Path, files: list[Path], notes: list[str] | None = None, told: int | None = None) -> None:
-        """`told`: how many messages metadata.yaml says there are."""
+    def __init__(self, path: Path, files: list[Path], notes: list[str] | None = None, n_expected: int | None = None) -> None:
+        """`n_expected`: how many messages metadata.yaml says there are."""
         self.topics: dict[str, str] = {}
         self.records: list[Record] = []
         self.notes = list(notes or ())
         self.numbered = False
-        self._path, self._files, self._told = path, files, told
+        self._path, self._files, self._n_expected = path, files, n_expected
         self._finished, self._count = True, 0
 
     def blocks(self, progress: ProgressCallback | None = None) -> Iterator[Block]:
@@ -144,12 +144,12 @@ class McapSource:
                 raise LogError(f'{file} cannot be read ({problem.strerror})') from None
             with salvage:
                 yield from self._of_file(salvage, progress)
-                self._tell(file, salvage)
+                self._note_losses(file, salvage)
         if not self._count and not self.records:
             why = '; '.join(self.notes).replace(REST_WAS_READ, '') or 'no messages'
             raise LogError(f'{self._path} holds nothing whole ({why}); name another recording')
-        if self._told is not None and self._told != self._count and self._finished:
-            self.notes.append(f'{METADATA_FILE} tells of {self._told} messages, its files hold {self._count}')
+        if self._n_expected is not None and self._n_expected != self._count and self._finished:
+            self.notes.append(f'{METADATA_FILE} tells of {self._n_expected} messages, its files hold {self._count}')
 
     def _of_file(self, salvage: Salvage, progress: ProgressCallback | None) -> Iterator[Block]:
         channels = _Channels(self.topics)
@@ -191,10 +191,10 @@ class McapSource:
             salvage.orphans[channel_id] += len(block.where(channel_id))
         return block
 
-    def _tell(self, file: Path, salvage: Salvage) -> None:
-        if salvage.told():
+    def _note_losses(self, file: Path, salvage: Salvage) -> None:
+        if salvage.losses():
             self._finished = False
-            self.notes.append(f'{file.name}: {salvage.told()}{REST_WAS_READ}')
+            self.notes.append(f'{file.name}: {salvage.losses()}{REST_WAS_READ}')
 
 
 class _Channels:

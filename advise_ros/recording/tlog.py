@@ -203,14 +203,14 @@ def _recording(path: str | Path, frames: list[Logged], vehicle: tuple[int, int],
     setpoints = [row for row, frame in enumerate(frames) if _is_for(frame, vehicle)]
     velocities = [row for row in setpoints if is_velocity(frames[row].message)]
     moved = [(frames[row].stamp_ns, (m.vx, m.vy, m.vz)) for row in velocities for m in [frames[row].message]]
-    events, told = _events([(row, frame) for row, frame in enumerate(frames) if mine[row]])
+    events, changed = _events([(row, frame) for row, frame in enumerate(frames) if mine[row]])
     return Recording(
         poses=PoseSamples(*_arrays([(frames[row].stamp_ns, (m.x, m.y, m.z)) for row in places for m in [frames[row].message]])),
         commands=CommandSamples(*_arrays(moved)),
         events=events,
         source=str(path),
         notes=_notes(scan, (vehicle[0], others), len(setpoints) - len(velocities)),
-        arrivals=Arrivals(*(np.searchsorted(places, np.array(rows, dtype=np.int64)) for rows in (velocities, told, []))),
+        arrivals=Arrivals(*(np.searchsorted(places, np.array(rows, dtype=np.int64)) for rows in (velocities, changed, []))),
     )
 
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 from advise_ros.config import RecorderConfig
-from advise_ros.core.demonstrations.demonstration import BEGINNING_UNHEARD, Demonstration, EndReason, beginning_unheard
+from advise_ros.core.demonstrations.demonstration import CLIMB_MISSED, Demonstration, EndReason, with_missed_climb
 from advise_ros.core.demonstrations.discretise import discretise
 from advise_ros.core.demonstrations.epochs import divide
 from advise_ros.core.demonstrations.recorded_flights import Flown, demonstration_of, split, why_not
@@ -18,7 +18,7 @@ from advise_ros.recording.messages import Bag
 from advise_ros.replay.session import RecordedMessage, RecordedSession, at
 from advise_ros.replay.stage import Comparison, Stage
 from advise_ros.ros import convert
-from advise_ros.ros.hearing import counted
+from advise_ros.ros.receivers import counted
 
 # How the recorder names positions that it had from a topic.
 TOPIC_SOURCE = 'topic '
@@ -46,7 +46,7 @@ def demonstration_stages(session: RecordedSession, comparison: Comparison) -> li
     if comparison.what_if:
         return [stage]
     if not stage.agrees:
-        stage.notes += heard_otherwise(session, flown)
+        stage.notes += commands_missed(session, flown)
     return [stage, *([_windows(session, config, flown)] if flown and config.split == 'flights' else [])]
 
 
@@ -114,7 +114,7 @@ def _rebuilt(session: RecordedSession, config: RecorderConfig, value: Any) -> De
         end_reason,
     )
     # What the recorder did not hear, the bag may hold.
-    return beginning_unheard(found) if BEGINNING_UNHEARD in published.audit.notes else found
+    return with_missed_climb(found) if CLIMB_MISSED in published.audit.notes else found
 
 
 def _windows(session: RecordedSession, config: RecorderConfig, flown: list[RecordedMessage]) -> Stage:
@@ -129,7 +129,7 @@ def _windows(session: RecordedSession, config: RecorderConfig, flown: list[Recor
     cut = [demonstration_of(grid, one.part, one.flight, config.discretise_settings(), '') for one in flights]
     windows = {demonstration.window_ns[0]: demonstration for demonstration in cut}
     stopped = [one for one in flown if one.value.end_reason == EndReason.STOPPED]
-    unheard = [one for one in flown if BEGINNING_UNHEARD in one.value.audit.notes and one not in stopped]
+    unheard = [one for one in flown if CLIMB_MISSED in one.value.audit.notes and one not in stopped]
     for one in flown:
         if one not in stopped and one not in unheard:
             stage.count(_window_difference(one, windows, flights))
@@ -170,27 +170,27 @@ def _window_difference(one: RecordedMessage, windows: dict[int, Demonstration], 
 
 
 DIAGNOSTICS_TYPE = 'diagnostic_msgs/msg/DiagnosticArray'
-# Commands that were on their way to one of them when the recorder told its count.
+# Commands that were on their way to one of them when the recorder published its count.
 ON_THEIR_WAY = 10
 
 
-def heard_otherwise(session: RecordedSession, demonstrations: Sequence[RecordedMessage]) -> list[str]:
+def commands_missed(session: RecordedSession, demonstrations: Sequence[RecordedMessage]) -> list[str]:
     """A sentence on the first demonstration by which the recorder had counted other commands than the bag holds."""
     topic = f'{session.namespace}/cmd_vel'
     commands_ns = [message.log_time_ns for message in session.bag.on(topic)]
-    told = _told(session, topic)
+    reports = _recorder_counts(session, topic)
     for one in demonstrations:
-        at_ns, heard = next((pair for pair in told if pair[0] >= one.message.log_time_ns), (0, 0))
+        at_ns, received = next((pair for pair in reports if pair[0] >= one.message.log_time_ns), (0, 0))
         held = sum(time_ns <= at_ns for time_ns in commands_ns)
-        if at_ns and abs(heard - held) > ON_THEIR_WAY:
-            counts = f'the recorder had counted {heard} commands and the bag holds {held}'
-            late = 'recorder' if heard < held else 'logger'
+        if at_ns and abs(received - held) > ON_THEIR_WAY:
+            counts = f'the recorder had counted {received} commands and the bag holds {held}'
+            late = 'recorder' if received < held else 'logger'
             why = f'the {late} did not hear them all, perhaps because it found their sender late'
             return [f'by the end of {one.value.demonstration_id} {counts}: {why}']
     return []
 
 
-def _told(session: RecordedSession, topic: str) -> list[tuple[int, int]]:
+def _recorder_counts(session: RecordedSession, topic: str) -> list[tuple[int, int]]:
     """Log time [ns] and the recorder's count, as often as it said it; only a difference makes us read that."""
     bag, recorder = Bag(session.bag.path, (DIAGNOSTICS_TYPE,)), f'{session.namespace}/recorder'
     return [

@@ -56,7 +56,7 @@ def learning_stages(session: RecordedSession, comparison: Comparison) -> list[St
     policies, queries = Stage('policies'), Stage('queries')
     found = episodes(session)
     config = session.config(AdviseConfig, 'advise') if found else AdviseConfig()
-    heard = _heard(session, comparison)
+    demonstrations = _demonstrations(session, comparison)
     if any(episode.log and _elsewhere(session, episode) for episode in found):
         policies.notes.append('the answers were given on the grid that was flown and are left out')
     given = any(one.value.data for one in session.on(SITE_PRIOR_TOPIC))
@@ -64,14 +64,14 @@ def learning_stages(session: RecordedSession, comparison: Comparison) -> list[St
         policies.notes.append('what was known of the site has the cells that were flown and is left out')
     began_late = session.began_late or (bool(found) and found[0].version > 1)
     for life in _lives(found):
-        heard_by_it = _Hearing(heard)
+        learner = _LearnerRun(demonstrations)
         for episode in life:
-            lacks = _lacks(session, episode, heard) if began_late else ''
+            lacks = _lacks(session, episode, demonstrations) if began_late else ''
             if lacks:
                 policies.notes.append(lacks)
                 continue
             try:
-                learned = heard_by_it.learn(session, comparison, episode, learn_settings(config), config.budget)
+                learned = learner.learn(session, comparison, episode, learn_settings(config), config.budget)
             except InputError as problem:
                 policies.count(f'{episode.policy.where}: {problem}')
                 continue
@@ -79,7 +79,7 @@ def learning_stages(session: RecordedSession, comparison: Comparison) -> list[St
             rebuilt = convert_advice.policy_to_msg(learned, episode.policy.stamp_ns)
             comparison.count(policies, rebuilt, episode.policy)
             _check_query(queries, session, comparison, episode, learned, config.budget)
-        policies.notes += heard_by_it.notes
+        policies.notes += learner.notes
     return [policies, queries]
 
 
@@ -129,25 +129,25 @@ def _lives(found: list[Episode]) -> list[list[Episode]]:
     return lives
 
 
-class _Hearing:
-    """What one life of the learner had heard: all demonstrations, or those since a recorder was started again.
+class _LearnerRun:
+    """What one run of the learner received: all demonstrations, or those since a recorder was started again.
 
     A recorder keeps its demonstrations for learners that come later, and takes them with it when it ends.
     """
 
-    def __init__(self, heard: tuple[Demonstration | None, ...]) -> None:
-        self.heard = heard
+    def __init__(self, demonstrations: tuple[Demonstration | None, ...]) -> None:
+        self.demonstrations = demonstrations
         self.notes: list[str] = []
 
     def learn(
         self, session: RecordedSession, comparison: Comparison, episode: Episode, settings: LearnSettings, budget: int,
     ) -> Learned:
         """As `_learn`, from what gives the recorded policy, if something does."""
-        learned = _learn(session, episode, self.heard, settings, budget)
+        learned = _learn(session, episode, self.demonstrations, settings, budget)
         if comparison.what_if or _is_it(comparison, learned, episode):
             return learned
-        for first in _recorders(self.heard)[1:]:
-            later = self.heard[first:]
+        for first in _recorders(self.demonstrations)[1:]:
+            later = self.demonstrations[first:]
             if int(episode.policy.value.demonstrations) > len(later):
                 break
             other = _learn(session, episode, later, settings, budget)
@@ -157,14 +157,14 @@ class _Hearing:
                     f'the learner of policy {number} at {at(episode.policy.stamp_ns)} had heard nothing before demonstration '
                     f'{first + 1} of the bag: it and a recorder had been started again'
                 )
-                self.heard = later
+                self.demonstrations = later
                 return other
         return learned
 
 
-def _recorders(heard: tuple[Demonstration | None, ...]) -> list[int]:
+def _recorders(demonstrations: tuple[Demonstration | None, ...]) -> list[int]:
     """Where the ids begin anew, because a recorder was started again."""
-    numbers = [number_of(one.demonstration_id) if one is not None else 0 for one in heard]
+    numbers = [number_of(one.demonstration_id) if one is not None else 0 for one in demonstrations]
     return [0, *(place for place in range(1, len(numbers)) if 0 < numbers[place] <= numbers[place - 1])]
 
 
@@ -174,14 +174,14 @@ def _is_it(comparison: Comparison, learned: Learned, episode: Episode) -> bool:
     return same or (not comparison.exact and list(rebuilt.greedy) == list(episode.policy.value.greedy))
 
 
-def _lacks(session: RecordedSession, episode: Episode, heard: tuple[Demonstration | None, ...]) -> str:
+def _lacks(session: RecordedSession, episode: Episode, demonstrations: tuple[Demonstration | None, ...]) -> str:
     """What the bag, which began late, lacks of what a policy was learnt from, in words."""
     value = episode.policy.value
-    demonstrations = int(value.demonstrations) - len(heard)
+    missing = int(value.demonstrations) - len(demonstrations)
     entries = int(value.log_length) - len(episode.log)
     lacking = [
         f'{number} message{"" if number == 1 else "s"} on {session.namespace}/{topic}'
-        for number, topic in ((demonstrations, 'demonstration'), (entries, 'advise/advice_log')) if number > 0
+        for number, topic in ((missing, 'demonstration'), (entries, 'advise/advice_log')) if number > 0
     ]
     if not lacking:
         return ''
@@ -245,26 +245,27 @@ def _note(log: list[AdviceRecord], value: Any) -> None:
     log.append(record)
 
 
-def _heard(session: RecordedSession, comparison: Comparison) -> tuple[Demonstration | None, ...]:
+def _demonstrations(session: RecordedSession, comparison: Comparison) -> tuple[Demonstration | None, ...]:
     """Demonstrations in order of arrival; as the learner does, what was heard before is not taken twice.
 
     Those of the bag, for what they became is compared by itself; where a parameter was changed, those rebuilt.
     """
-    heard: list[Demonstration] = []
+    demonstrations: list[Demonstration] = []
     taken: list[Demonstration | None] = []
     for recorded, rebuilt in zip(session.on('demonstration'), comparison.rebuilt.demonstrations, strict=True):
         try:
             new = convert.demonstration_from_msg(recorded.value)
         except (InputError, ValueError):  # As the learner does; a policy that counts it will miss it.
             continue
-        if not known(new, heard):
-            heard.append(new)
+        if not known(new, demonstrations):
+            demonstrations.append(new)
             taken.append(rebuilt if comparison.what_if else new)
     return tuple(taken)
 
 
 def _learn(
-    session: RecordedSession, episode: Episode, heard: tuple[Demonstration | None, ...], settings: LearnSettings, budget: int,
+    session: RecordedSession, episode: Episode, demonstrations: tuple[Demonstration | None, ...], settings: LearnSettings,
+    budget: int,
 ) -> Learned:
     """The policy that follows from what it says it was learnt from.
 
@@ -279,7 +280,7 @@ def _learn(
 
 
 def _work(
-    session: RecordedSession, episode: Episode, heard: tuple[Demonstration | None, ...], settings: LearnSettings, budget: int,
+    session: RecordedSession, episode: Episode, demonstrations: tuple[Demonstration | None, ...], settings: LearnSettings, budget: int,
 ) -> Work:
     """What a policy says it was learnt from.
 
@@ -289,7 +290,7 @@ def _work(
     value = episode.policy.value
     recorded = convert.grid_from_msg(value.grid)
     grid = session.grid(recorded)
-    usable = tuple(one for one in heard if one is None or one.grid == grid)
+    usable = tuple(one for one in demonstrations if one is None or one.grid == grid)
     log = episode.log if grid == recorded else ()
     _at_most('demonstrations', int(value.demonstrations), len(usable))
     _at_most('log_length', int(value.log_length), len(episode.log))

@@ -18,11 +18,12 @@ from advise_ros.recording.messages import Message
 from advise_ros.replay.demonstrations import is_flown
 from advise_ros.replay.flight_parts import UNDER_WAY
 from advise_ros.replay.flights import FROM_OUTSIDE
-from advise_ros.replay.live_listener import Ears, is_matched
+from advise_ros.replay.live_listener import RecorderProgress, is_matched
 from advise_ros.replay.live_nodes import LiveNodes
-from advise_ros.replay.recorded_input import Heard
+from advise_ros.replay.recorded_input import PublishedLive
 from advise_ros.replay.score import (
     STATUS_TYPE,
+    Advise,
     Demonstrated,
     Fly,
     Learnt,
@@ -30,7 +31,6 @@ from advise_ros.replay.score import (
     Score,
     Step,
     Stop,
-    Tell,
     score_of,
     stamp_ns_of,
 )
@@ -45,7 +45,7 @@ COMMAND_TRIES, COMMAND_TRIES_AFTER = 40, 2
 GOAL_TRIES = 10
 # So many positions may be on their way, with clock and commands beside them: less than a socket holds (200 KiB, a
 # KiB a message), and as many as the recorder hears before it says so.
-MOST_UNHEARD = 50
+MOST_MISSING = 50
 
 
 class Live:
@@ -76,11 +76,11 @@ class Live:
         self.score: Score = score_of(session, recorder.pose_source)
         self._pose_topic = f'{session.namespace}/{recorder.pose_source}'
         self._nodes = LiveNodes(session)
-        self._ears: dict[str, Ears] = {}
+        self._progress: dict[str, RecorderProgress] = {}
         self._clock_ns = -1
         self._ends = {_end_ns(one) for one in session.on('demonstration') if is_flown(one.value)}
         self._landed_by_policy = False
-        self._told_status = False
+        self._status_sent = False
         self.late: list[str] = []
         self.lost = 0
         self._tries = COMMAND_TRIES
@@ -90,7 +90,7 @@ class Live:
         space = ['--ros-args', '-r', f'__ns:={self._session.namespace}'] if self._session.namespace else []
         rclpy.init(args=space, domain_id=self._domain, signal_handler_options=SignalHandlerOptions.NO)
         self._client = GraphClient('replay', self._nodes.check)
-        self.heard = Heard(self._client)
+        self.published = PublishedLive(self._client)
         self._clock = self._client.node.create_publisher(Clock, '/clock', 100)
         self._publishers = {
             topic: self._client.node.create_publisher(message_class(kind), topic, _offer(topic))
@@ -136,23 +136,24 @@ class Live:
         if 'recorder' in self._nodes.names:
             for topic in {self._pose_topic, f'{self._session.namespace}/cmd_vel'} & self._publishers.keys():
                 kind = message_class(self.score.topics[topic])
-                self._ears[topic] = ears = Ears(self._client, self._publishers[topic], kind, topic)
-                ears.mark()
-                self._client.wait(f'the recorder to hear {topic}', lambda ears=ears: ears.told() or None, START_PATIENCE_S)
-                ears.begin_anew()
+                self._progress[topic] = progress = RecorderProgress(self._client, self._publishers[topic], kind, topic)
+                progress.mark()
+                reached = lambda progress=progress: progress.reached() or None  # noqa: E731
+                self._client.wait(f'the recorder to receive {topic}', reached, START_PATIENCE_S)
+                progress.reset()
 
     def _send(self, message: Message) -> None:
         self._publishers[message.topic].publish(message.data)
-        if message.topic in self._ears:
-            self._ears[message.topic].sent()
+        if message.topic in self._progress:
+            self._progress[message.topic].sent()
 
-    def _heard_so_far(self) -> None:
+    def _await_recorder(self) -> None:
         """Until the recorder has had all positions and commands that were sent."""
-        for ears in self._ears.values():
-            ears.mark()
-        for topic, ears in self._ears.items():
-            self._in_time(f'the recorder to have heard all of {topic}', ears.told, PATIENCE_S)
-            self.lost = max(self.lost, ears.unheard)
+        for progress in self._progress.values():
+            progress.mark()
+        for topic, progress in self._progress.items():
+            self._in_time(f'the recorder to have heard all of {topic}', progress.reached, PATIENCE_S)
+            self.lost = max(self.lost, progress.missing)
 
     # -- steps -------------------------------------------------------------------------------
     def _do(self, step: Step) -> None:
@@ -162,15 +163,15 @@ class Live:
             self._await_demonstration(step)
         elif isinstance(step, Stop):
             self._stop()
-        elif isinstance(step, Tell):
-            self._tell(step)
+        elif isinstance(step, Advise):
+            self._advise(step)
         elif isinstance(step, Learnt):
             self._await_policy(step)
         elif isinstance(step, Fly):
             self._fly(step)
         else:
             self._client.trigger('policy/stop')
-            self._heard_so_far()
+            self._await_recorder()
 
     def _publish(self, step: Publish) -> None:
         if step.message.topic not in self._publishers:
@@ -179,34 +180,34 @@ class Live:
             self._publish_pose(step)
             return
         self._send(step.message)
-        if step.message.type_name == STATUS_TYPE and not self._told_status:
-            self._told_status = True
+        if step.message.type_name == STATUS_TYPE and not self._status_sent:
+            self._status_sent = True
             self._acknowledged()  # An acknowledgement takes seconds; it shows that its reader has matched us, too.
 
     def _publish_pose(self, step: Publish) -> None:
         if self._landed_by_policy and not step.command_stamp_ns:
             self._await_landing()
         if stamp_ns_of(step.message) in self._ends:  # It may close the demonstration, which waits for no late command.
-            self._heard_so_far()
+            self._await_recorder()
         self._send(step.message)
         if step.command_stamp_ns:
             self._await_command(step)
-        ears = self._ears.get(self._pose_topic)
-        if ears is not None and ears.unheard > MOST_UNHEARD:
-            self._in_time('the recorder to keep up', lambda: ears.unheard <= MOST_UNHEARD, PATIENCE_S)
-            ears.begin_anew()
+        progress = self._progress.get(self._pose_topic)
+        if progress is not None and progress.missing > MOST_MISSING:
+            self._in_time('the recorder to keep up', lambda: progress.missing <= MOST_MISSING, PATIENCE_S)
+            progress.reset()
 
     def _await_landing(self) -> None:
         """The recorder, too, must know that the flight is over: what follows may be one of a pilot."""
         self._landed_by_policy = False
         over = lambda: self._client.flight is not None and self._client.flight.phase not in UNDER_WAY  # noqa: E731
         self._in_time('the end of the flight', over, PATIENCE_S)
-        self._heard_so_far()
+        self._await_recorder()
 
     def _await_command(self, step: Publish) -> None:
         """Positions are best effort: one that brings no command is sent again."""
         for _ in range(self._tries):
-            if self.heard.has_command(step.command_stamp_ns, COMMAND_PATIENCE_S):
+            if self.published.has_command(step.command_stamp_ns, COMMAND_PATIENCE_S):
                 return
             self._send(step.message)
         self._tries = COMMAND_TRIES_AFTER
@@ -214,15 +215,15 @@ class Live:
 
     def _await_demonstration(self, step: Demonstrated) -> None:
         wanted = step.recorded.value.demonstration_id
-        there = lambda: any(one.demonstration_id == wanted for one in self.heard.demonstrations)  # noqa: E731
+        there = lambda: any(one.demonstration_id == wanted for one in self.published.demonstrations)  # noqa: E731
         self._in_time(f'demonstration {wanted}', there, PATIENCE_S)
 
     def _stop(self) -> None:
         """When the recorder has heard all that it had heard then."""
-        self._heard_so_far()
+        self._await_recorder()
         self._client.trigger('recorder/stop')
 
-    def _tell(self, step: Tell) -> None:
+    def _advise(self, step: Advise) -> None:
         record = step.record
         if record.retracted:
             self._client.call(srv.RetractAdvice, 'advise/retract', srv.RetractAdvice.Request(advice_id=record.advice_id))
@@ -241,7 +242,7 @@ class Live:
         key = (value.demonstrations, value.log_length)
         self._in_time(
             f'the policy from {key[0]} demonstrations and {key[1]} entries of the log',
-            lambda: any((p.demonstrations, p.log_length) == key for p in self.heard.policies), LEARN_PATIENCE_S,
+            lambda: any((p.demonstrations, p.log_length) == key for p in self.published.policies), LEARN_PATIENCE_S,
         )
 
     def _fly(self, step: Fly) -> None:
@@ -256,18 +257,18 @@ class Live:
 
     def _has_begun(self, step: Fly, goal: Any) -> bool:
         """Begin by the position that it had begun by; a goal can be met before the position that was sent before it."""
-        flights = self.heard.flights
+        flights = self.published.flights
         if step.pose is not None:  # While the clock stood, the last position has become too old to begin with.
             self._send(step.pose)
         self._acknowledged()
         if not self._client.begin_flight(goal, PATIENCE_S):
             return False
-        self._in_time('the flight to begin', lambda: self.heard.flights > flights, PATIENCE_S)
-        began = self.heard.beginning(flights + 1)
+        self._in_time('the flight to begin', lambda: self.published.flights > flights, PATIENCE_S)
+        began = self.published.beginning(flights + 1)
         if began is None or step.pose is None or convert.stamp_to_ns(began.header.stamp) == stamp_ns_of(step.pose):
             return True
         self._client.trigger('policy/stop')
-        self.heard.forget_flight(flights + 1)
+        self.published.forget_flight(flights + 1)
         return False
 
     def _acknowledged(self) -> None:
@@ -286,7 +287,7 @@ class Live:
     def settle(self) -> None:
         """Wait for the last policy's question."""
         wanted = len(self._session.on('advise/query'))
-        self._in_time('the last question', lambda: len(self.heard.queries) >= wanted, PATIENCE_S)
+        self._in_time('the last question', lambda: len(self.published.queries) >= wanted, PATIENCE_S)
 
 
 def _end_ns(recorded: RecordedMessage) -> int:

@@ -10,7 +10,7 @@ from rclpy.node import Node
 from rclpy.publisher import Publisher
 
 from advise_ros.ros.graph_client import GraphClient
-from advise_ros.ros.hearing import counted
+from advise_ros.ros.receivers import counted
 
 MARK_S = 1.0
 # Who takes what; a writer that has not matched them all would lose what it sends. Positions have any name.
@@ -28,7 +28,7 @@ def is_matched(node: Node, publisher: Publisher, names: frozenset[str]) -> bool:
     return wanted <= {one.node_name for one in readers} and publisher.get_subscription_count() >= len(readers)
 
 
-class Ears:
+class RecorderProgress:
     """Of the recorder, for positions or commands. Nothing but its own word tells that it heard them.
 
     A mark is a message in a frame that is nowhere: the recorder refuses it and says so, and what was sent before it on
@@ -50,11 +50,11 @@ class Ears:
         self._sent += 1
 
     @property
-    def unheard(self) -> int:
+    def missing(self) -> int:
         """Messages that the recorder has not told of yet; those that were lost count, too."""
         return self._sent + self._before - self._count()
 
-    def begin_anew(self) -> None:
+    def reset(self) -> None:
         """All that it had by now is not counted any more, and what it had not is lost."""
         self._sent, self._before = 0, self._count()
 
@@ -63,7 +63,7 @@ class Ears:
         self._marks += 1
         self._send_mark()
 
-    def told(self) -> bool:
+    def reached(self) -> bool:
         """Whether the recorder has told of the last mark; it is sent again now and then."""
         if time.monotonic() - self._marked_s > MARK_S:
             self._send_mark()

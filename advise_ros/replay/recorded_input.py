@@ -12,7 +12,7 @@ from advise_ros.ros import convert, qos
 from advise_ros.ros.graph_client import GraphClient
 
 
-class Heard:
+class PublishedLive:
     """Everything that the nodes published, in order.
 
     Attributes:

@@ -70,7 +70,7 @@ class ReplayReport:
         return sum(stage.in_bytes for stage in stages), sum(stage.checked for stage in stages)
 
     @property
-    def told_in_bytes(self) -> str:
+    def byte_verdict(self) -> str:
         same, of = self.in_bytes
         return f'{same} of {of} rebuilt messages are equal byte for byte'
 
@@ -138,7 +138,7 @@ def show(report: ReplayReport, console: Console) -> None:
                 console.print(f'- {line}', highlight=False, markup=False, soft_wrap=True)
     console.print(f'- {report.asked}; {CLOCK_NOTE}', highlight=False, markup=False, soft_wrap=True)
     if not (session.overrides or report.beside):
-        console.print(f'- {report.told_in_bytes}', highlight=False, markup=False, soft_wrap=True)
+        console.print(f'- {report.byte_verdict}', highlight=False, markup=False, soft_wrap=True)
     console.print(report.verdict, style='green' if report.agrees else 'red', highlight=False, soft_wrap=True)
 
 
@@ -177,7 +177,7 @@ def to_junit(report: ReplayReport) -> str:
             ET.SubElement(case, 'skipped', {'message': 'none in the bag'})
         if stage.notes:
             ET.SubElement(case, 'system-out').text = '\n'.join(stage.notes)
-    ET.SubElement(suite, 'system-out').text = f'{report.asked}\n{report.told_in_bytes}\n{report.verdict}'
+    ET.SubElement(suite, 'system-out').text = f'{report.asked}\n{report.byte_verdict}\n{report.verdict}'
     suites = ET.Element('testsuites')
     suites.append(suite)
     ET.indent(suites)

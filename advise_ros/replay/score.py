@@ -29,7 +29,7 @@ POSE_TYPES = ('geometry_msgs/msg/PoseStamped', 'nav_msgs/msg/Odometry')
 STATUS_TYPE = 'advise_msgs/msg/VehicleStatus'
 INPUTS = (*POSE_TYPES, COMMAND_TYPE, STATUS_TYPE, DEMONSTRATION_TYPE, ADVICE_TYPE, POLICY_TYPE, FLIGHT_TYPE)
 
-TOLD = ('demonstration', 'advise/advice_log', 'advise/policy', 'policy/status')
+OUTPUT_TOPICS = ('demonstration', 'advise/advice_log', 'advise/policy', 'policy/status')
 
 
 class Publish(NamedTuple):
@@ -49,7 +49,7 @@ class Stop(NamedTuple):
     """Call recorder/stop."""
 
 
-class Tell(NamedTuple):
+class Advise(NamedTuple):
     """Give an answer, or take one back."""
 
     record: AdviceRecord
@@ -72,7 +72,7 @@ class End(NamedTuple):
     """End the flight from outside, if it is still under way."""
 
 
-Step: TypeAlias = Publish | Demonstrated | Stop | Tell | Learnt | Fly | End
+Step: TypeAlias = Publish | Demonstrated | Stop | Advise | Learnt | Fly | End
 
 
 class Score(NamedTuple):
@@ -95,7 +95,7 @@ class _Writer:
         self._flights = flights_of(session)[0]
         self._flown = [_flown(flight, session) for flight in self._flights]
         self._commanded = {one.stamp_ns for flight in self._flights for one in flight.commands}
-        self._told = {_place(one.message): one for name in TOLD for one in session.on(name)}
+        self._outputs = {_place(one.message): one for name in OUTPUT_TOPICS for one in session.on(name)}
         self._waiting = list(self._flights)
         flown = [one for one in session.on('demonstration') if is_flown(one.value)]
         self._stops = [
@@ -118,7 +118,7 @@ class _Writer:
             elif message.topic == f'{self._space}/vehicle_status':
                 self._add_status(message, bag.codec)
             else:
-                self._add_told(message)
+                self._add_output(message)
         notes = [f'{self._skipped} positions that the policy did not fly by were left out'] * bool(self._skipped)
         return Score(tuple(self._steps), {topic: kind for topic, kind in topics.items() if kind}, tuple(notes))
 
@@ -149,8 +149,8 @@ class _Writer:
         if stamp_ns_of(message) not in self._commanded:
             self._steps.append((message.log_time_ns, Publish(message)))
 
-    def _add_told(self, message: Message) -> None:
-        recorded = self._told.get(_place(message))
+    def _add_output(self, message: Message) -> None:
+        recorded = self._outputs.get(_place(message))
         if recorded is None:
             return
         kind = message.type_name
@@ -158,7 +158,7 @@ class _Writer:
         if kind == DEMONSTRATION_TYPE:
             step = Demonstrated(recorded) if is_flown(recorded.value) else Publish(message)
         elif kind == ADVICE_TYPE:
-            step = Tell(convert_advice.advice_from_msg(recorded.value))
+            step = Advise(convert_advice.advice_from_msg(recorded.value))
         elif kind == POLICY_TYPE:
             step = Learnt(recorded)
         elif recorded.value.phase in FROM_OUTSIDE:

@@ -21,7 +21,7 @@ class FlightPublisher:
     def __init__(self, node: Node) -> None:
         self.status = FlightStatus()
         self.status.header.frame_id = MAP_FRAME
-        self._told: tuple[object, ...] = ()
+        self._published: tuple[object, ...] = ()
         self._publisher = node.create_publisher(FlightStatus, 'policy/status', qos.latched())
         self._publisher.publish(self.status)
 
@@ -30,15 +30,15 @@ class FlightPublisher:
         self.status.flight_id += 1
         self.status.policy_version = policy_version
         self.status.start_cell = flight.plan.start_cell
-        self.tell(flight, flight.phase, '', stamp_ns)
+        self.update(flight, flight.phase, '', stamp_ns)
 
-    def tell(self, flight: PolicyFlight, phase: FlightPhase, message: str, stamp_ns: int) -> bool:
+    def update(self, flight: PolicyFlight, phase: FlightPhase, message: str, stamp_ns: int) -> bool:
         """Publish when anything changed; `stamp_ns` is that of the last pose flown by."""
         status = self.status
-        told = (status.flight_id, phase, message, flight.state, flight.steps, flight.step_budget)
-        if told == self._told:
+        changed = (status.flight_id, phase, message, flight.state, flight.steps, flight.step_budget)
+        if changed == self._published:
             return False
-        self._told = told
+        self._published = changed
         status.phase, status.message = int(phase), message
         status.state, status.steps, status.step_budget = flight.state, flight.steps, flight.step_budget
         status.next_waypoint = flight.plan.grid.next_waypoint(flight.state)

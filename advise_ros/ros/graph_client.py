@@ -29,7 +29,7 @@ from advise_msgs.msg import (
 from advise_ros.core.errors import AdviseError
 from advise_ros.ros import convert, qos
 from advise_ros.ros.background import BackgroundSpin
-from advise_ros.ros.hearing import counted
+from advise_ros.ros.receivers import counted
 
 T = TypeVar('T')
 POLL_S = 0.02

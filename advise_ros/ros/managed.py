@@ -29,7 +29,7 @@ class ManagedNode(LifecycleNode):
     """A node that takes part in the graph in every state, and acts on the vehicle while it is active only.
 
     Publishers and services live as long as the node, so that whoever asks is told the state. What a subclass
-    hears (`hear`) and which sockets it holds begins in `open_up` and ends in `close_down`; `begin` and `end` are
+    hears (`listen`) and which sockets it holds begins in `open_up` and ends in `close_down`; `begin` and `end` are
     its activation. /diagnostics goes on in every state.
 
     Attributes:
@@ -41,7 +41,7 @@ class ManagedNode(LifecycleNode):
         self.state = UNCONFIGURED
         self.diagnostics = Diagnostics(self)
         self._problem: Exception | None = None
-        self._heard: list[Subscription] = []
+        self._inputs: list[Subscription] = []
         self._guard_transitions()
 
     # -- for subclasses ----------------------------------------------------------------------
@@ -57,9 +57,9 @@ class ManagedNode(LifecycleNode):
     def close_down(self) -> None:
         """Give back what `open_up` claimed, but for subscriptions; called too when `open_up` failed half-way."""
 
-    def hear(self, kind: type, topic: str, callback: Callable[[Any], None], profile: QoSProfile) -> None:
+    def listen(self, kind: type, topic: str, callback: Callable[[Any], None], profile: QoSProfile) -> None:
         """Subscribe until the node is cleaned up; for `open_up`."""
-        self._heard.append(self.create_subscription(kind, topic, callback, profile))
+        self._inputs.append(self.create_subscription(kind, topic, callback, profile))
 
     # -- state -------------------------------------------------------------------------------
     @property
@@ -124,9 +124,9 @@ class ManagedNode(LifecycleNode):
             self._close()
 
     def _close(self) -> None:
-        for subscription in self._heard:
+        for subscription in self._inputs:
             self.destroy_subscription(subscription)
-        self._heard.clear()
+        self._inputs.clear()
         self.close_down()
 
     def _go(self, to: str, step: Callable[[], None], undo: Callable[[], None] | None = None) -> TransitionCallbackReturn:

@@ -66,8 +66,8 @@ def _success(learned: Learned) -> float:
 
 def _in_words(n_changed: int, before: Rollout, after: Rollout, learned: Learned) -> str:
     changed = f'{n_changed} state{"s" if n_changed != 1 else ""} would get another action'
-    told = changed, _reaching(before, after), *_against(learned.contradictions), *_roughly(learned.gap)
-    return '; '.join(told) + '.'
+    parts = changed, _reaching(before, after), *_against(learned.contradictions), *_roughly(learned.gap)
+    return '; '.join(parts) + '.'
 
 
 def _reaching(before: Rollout, after: Rollout) -> str:

@@ -77,7 +77,7 @@ class Readiness:
     """A time, a policy, a fresh pose, and a vehicle that takes commands.
 
     Attributes:
-        shelf: the policy.
+        policies: the newest one.
         poses: the pose.
         vehicle: None where no bridge tells of it.
     """
@@ -85,13 +85,13 @@ class Readiness:
     def __init__(self, node: Node, config: PolicyConfig, grid: Grid | None) -> None:
         """With a grid, only policies on that grid are flown."""
         self._clock = ClockWatch(node)
-        self.shelf = PolicyCache(config, grid)
+        self.policies = PolicyCache(config, grid)
         self.poses = PoseIntake(node, config.pose_timeout_s)
         self.vehicle: VehicleState | None = None
 
     def missing(self, goal: Fly.Goal) -> str:
         """What has not arrived (yet); empty when all is there."""
-        if missing := self._clock.problem or self.shelf.missing(goal.policy_version) or self.poses.missing:
+        if missing := self._clock.problem or self.policies.missing(goal.policy_version) or self.poses.missing:
             return missing
         if self.vehicle is not None and not self.vehicle.commandable:
             why = why_no_commands(self.vehicle) if self.vehicle.in_air else self.vehicle.waiting_for or 'take off first'
@@ -104,7 +104,7 @@ class Readiness:
             return missing
         assert self.poses.pose is not None
         try:
-            check_start(self.shelf.plan(goal), self.poses.pose.position_enu_m)
+            check_start(self.policies.plan(goal), self.poses.pose.position_enu_m)
         except InputError as problem:
             return str(problem)
         return ''
@@ -112,7 +112,7 @@ class Readiness:
     @property
     def complaint(self) -> str:
         """What to warn of, whatever is to be flown."""
-        return '; '.join(filter(None, (self._clock.problem, self.shelf.problem, self.poses.complaint)))
+        return '; '.join(filter(None, (self._clock.problem, self.policies.problem, self.poses.complaint)))
 
 
 # A goal waits this long for a policy or a pose before it is refused.

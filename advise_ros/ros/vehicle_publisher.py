@@ -67,7 +67,7 @@ class VehiclePublisher:
         message.header.stamp = self._clock.now().to_msg()
         self._battery.publish(message)
 
-    def tell(self, status: Status, now_s: float) -> None:
+    def publish_status(self, status: Status, now_s: float) -> None:
         """Publish it at every change, and every STATUS_PERIOD_S."""
         problem = self.simulated_clock.problem(now_s)
         if status.connected and problem:  # Poses have no stamps.

@@ -59,7 +59,7 @@ class ArduCopter(Autopilot):
 
     def _on_heartbeat(self, message: Message) -> list[Message]:
         if message.get_srcSystem() == GROUND_STATION_SYSTEM_ID:
-            self._failsafe.hear(self.vehicle.now_s)
+            self._failsafe.heartbeat(self.vehicle.now_s)
             self.vehicle.failsafe_acted = False
         return []
 
@@ -116,7 +116,7 @@ class ArduCopter(Autopilot):
         return self._mode(number)
 
     def _take_off(self, command: ReceivedCommand) -> tuple[int, list[Message]]:
-        return self._told(self.vehicle.take_off(command.params[6]))
+        return self._reply(self.vehicle.take_off(command.params[6]))
 
     def _prearm_checks(self, command: ReceivedCommand) -> tuple[int, list[Message]]:
         missing = self.vehicle.missing()

@@ -167,7 +167,7 @@ class Autopilot(ABC):
         number = self._text_id if len(chunks) > 1 else 0
         return [mavlink.MAVLink_statustext_message(severity, part, number, at) for at, part in enumerate(chunks)]
 
-    def _told(self, outcome: RequestOutcome) -> tuple[int, list[Message]]:
+    def _reply(self, outcome: RequestOutcome) -> tuple[int, list[Message]]:
         severity = mavlink.MAV_SEVERITY_INFO if outcome.accepted else mavlink.MAV_SEVERITY_WARNING
         return (ACCEPTED if outcome.accepted else self.refusal), self._text(outcome.text, severity)
 
@@ -205,13 +205,13 @@ class Autopilot(ABC):
     def _arm_disarm(self, command: ReceivedCommand) -> tuple[int, list[Message]]:
         force = command.params[1] == FORCE
         if command.params[0] == 1.0:
-            return self._told(self.vehicle.arm(force=force))
+            return self._reply(self.vehicle.arm(force=force))
         if command.params[0] == 0.0:
-            return self._told(self.vehicle.disarm(force=force))
+            return self._reply(self.vehicle.disarm(force=force))
         return DENIED, []
 
     def _mode(self, number: int) -> tuple[int, list[Message]]:
-        return self._told(self.vehicle.set_mode(number))
+        return self._reply(self.vehicle.set_mode(number))
 
     def _set_interval(self, command: ReceivedCommand) -> tuple[int, list[Message]]:
         message_id, interval_us = integer(command.params[0]), command.params[1]

@@ -101,10 +101,10 @@ class UdpSender:
                 data, sender = self._socket.recvfrom(READ_BYTES)
             except OSError:  # nothing more to read
                 return messages
-            heard = self._framer.datagram(data)
-            if heard:
+            received = self._framer.datagram(data)
+            if received:
                 self._hear(sender)
-            messages.extend(heard)
+            messages.extend(received)
 
     def _hear(self, sender: Address) -> None:
         """The peer is fixed."""

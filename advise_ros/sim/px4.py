@@ -113,4 +113,4 @@ class SimulatedPx4(Autopilot):
             return DENIED, []
         above_sea_m = command.params[6]
         above_ground_m = None if math.isnan(above_sea_m) else above_sea_m - ORIGIN_ALTITUDE_M
-        return self._told(self._px4.take_off_to(above_ground_m))
+        return self._reply(self._px4.take_off_to(above_ground_m))

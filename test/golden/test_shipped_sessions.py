@@ -32,7 +32,7 @@ def test_replay(advise_bag: AdviseBag) -> None:
     here = platform.describe()
     if all(value == here[name] for name, value in report.session.made_on.items() if name not in OF_SOURCES):
         same, of = report.in_bytes
-        assert same == of, f'{AGAIN}; {report.told_in_bytes}'
+        assert same == of, f'{AGAIN}; {report.byte_verdict}'
 
 
 def test_the_sessions_that_ship_are_these() -> None:

@@ -43,7 +43,7 @@ class Node(ManagedNode):
         os.kill(os.getpid(), int(sys.argv[1]))
         while rclpy.ok():
             time.sleep(0.01)
-        self.hear(String, 'topic', print, qos.COMMAND)
+        self.listen(String, 'topic', print, qos.COMMAND)
 
 sys.exit(run.run_node(Node, PolicyConfig, []))
 """

@@ -5,7 +5,7 @@ from __future__ import annotations
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped, TwistStamped
 
-from advise_ros.ros.hearing import counted
+from advise_ros.ros.receivers import counted
 from support.graph import Graph
 
 

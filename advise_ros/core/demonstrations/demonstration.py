@@ -144,16 +144,16 @@ def count(grid: Grid, demonstrations: Iterable[Demonstration]) -> Counts:
     return Counts(taken)
 
 
-BEGINNING_UNHEARD = (
+CLIMB_MISSED = (
     'the climb to the route was not heard: the vehicle may have been on its way already, '
     'and waypoints that it had reached are expected once more'
 )
 TAKEN_BACK = 'taken back: discarded after it was published'
 
 
-def beginning_unheard(found: Demonstration) -> Demonstration:
+def with_missed_climb(found: Demonstration) -> Demonstration:
     """The demonstration with a note that its climb was not heard."""
-    return replace(found, audit=replace(found.audit, notes=(BEGINNING_UNHEARD, *found.audit.notes)))
+    return replace(found, audit=replace(found.audit, notes=(CLIMB_MISSED, *found.audit.notes)))
 
 
 def taken_back(demonstration_id: str, source: str, grid: Grid, now_ns: int) -> Demonstration:

@@ -46,7 +46,7 @@ def divide(recording: Recording) -> Epochs:
     arrivals = _fitting(recording)
     if arrivals is not None:
         recording = recording._replace(
-            events=where.told(recording.events, arrivals.events), policy=where.told(recording.policy, arrivals.policy),
+            events=where.holding(recording.events, arrivals.events), policy=where.holding(recording.policy, arrivals.policy),
         )
     if timeline.epoch == 0 and all(piece.sound for piece in pieces):
         return Epochs((recording._replace(events=in_order(recording.events), policy=in_order(recording.policy)),), ())
@@ -85,18 +85,18 @@ def place(stamp_ns: int, newest_ns: int) -> int:
     return int(0 < stamp_ns < newest_ns - STEP_NS)
 
 
-def told_at(stamp_ns: int, newest_ns: int) -> int:
+def holds_from_ns(stamp_ns: int, newest_ns: int) -> int:
     """From when on an event holds that arrived beside a position of `newest_ns`; a stamp of 0 says nothing."""
     return newest_ns if newest_ns and (stamp_ns <= 0 or stamp_ns > newest_ns + EVENT_AHEAD_NS) else stamp_ns
 
 
 def in_order(events: Sequence[EventT]) -> tuple[EventT, ...]:
     """None holds before those that arrived before it."""
-    told, not_before_ns = [], 0
+    ordered, not_before_ns = [], 0
     for event in events:
         not_before_ns = max(not_before_ns, event.stamp_ns)
-        told.append(event._replace(stamp_ns=not_before_ns))
-    return tuple(told)
+        ordered.append(event._replace(stamp_ns=not_before_ns))
+    return tuple(ordered)
 
 
 def _of(epoch: int, events: tuple[EventT, ...], of: npt.NDArray[np.int64]) -> tuple[EventT, ...]:
@@ -130,11 +130,11 @@ class _Where:
         count = int(self._epoch.max(initial=0)) + 1
         self._begins = np.searchsorted(self._epoch, np.arange(count + 1)).tolist()
 
-    def told(self, events: tuple[EventT, ...], arrived: npt.NDArray[np.int64]) -> tuple[EventT, ...]:
+    def holding(self, events: tuple[EventT, ...], arrived: npt.NDArray[np.int64]) -> tuple[EventT, ...]:
         """The events, from when on they hold."""
         newest = self._known_newest[arrived].tolist()
         return tuple(
-            one._replace(stamp_ns=told_at(one.stamp_ns, newest_ns)) for one, newest_ns in zip(events, newest, strict=True)
+            one._replace(stamp_ns=holds_from_ns(one.stamp_ns, newest_ns)) for one, newest_ns in zip(events, newest, strict=True)
         )
 
     def rows(self, epoch: int) -> slice:

@@ -43,13 +43,13 @@ class Flight(NamedTuple):
     Attributes:
         window_ns: from the first position at the altitude of the route; a flight that is not over ends at LATEST_NS.
         end_reason: STOPPED means that a policy took over.
-        unheard: the climb to the route was not heard.
+        climb_missed: the climb to the route was not heard.
         lost_ns: when the link to the vehicle was lost in it, -1 if it was not.
     """
 
     window_ns: tuple[int, int]
     end_reason: EndReason
-    unheard: bool = False
+    climb_missed: bool = False
     lost_ns: int = -1
 
 
@@ -123,7 +123,7 @@ class Segmenter:
         self._band: Band | None = None
         self.opened_ns = -1
         self._lost_ns = -1
-        self._unheard = False
+        self._climb_missed = False
 
     def take(self, event: Event) -> Flight | None:
         """The flight that an event ends."""
@@ -136,12 +136,12 @@ class Segmenter:
         if self._airborne and not self._flown and self._band is Band.ROUTE:
             self._flown = True
             if not self._policy_flies:
-                self.opened_ns, self._unheard, self._lost_ns = event.stamp_ns, not self._was_low, -1
+                self.opened_ns, self._climb_missed, self._lost_ns = event.stamp_ns, not self._was_low, -1
         return ended
 
     def so_far(self, flight: Flight) -> Flight:
         """A part of the flight under way, with what is known of that."""
-        return flight._replace(unheard=self._unheard, lost_ns=self._lost_ns)
+        return flight._replace(climb_missed=self._climb_missed, lost_ns=self._lost_ns)
 
     def new_epoch(self, newest_ns: int) -> Flight | None:
         """The clock was set back after `newest_ns`: the rest of a flight under way is not another flight."""
@@ -202,4 +202,4 @@ class Segmenter:
         if self.opened_ns < 0:
             return None
         start_ns, self.opened_ns = self.opened_ns, -1
-        return Flight((start_ns, end_ns), reason, self._unheard, self._lost_ns)
+        return Flight((start_ns, end_ns), reason, self._climb_missed, self._lost_ns)

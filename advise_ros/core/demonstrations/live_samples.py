@@ -7,7 +7,7 @@ from bisect import insort
 import numpy as np
 import numpy.typing as npt
 
-from advise_ros.core.demonstrations.epochs import place, told_at
+from advise_ros.core.demonstrations.epochs import holds_from_ns, place
 from advise_ros.core.demonstrations.flight_windows import KINDS, Event, order
 from advise_ros.core.demonstrations.samples import (
     NEVER_NS,
@@ -47,7 +47,7 @@ class LiveSamples:
         self.states: list[VehicleEvent] = []
         self.pending: list[Event] = []
         self.commanded_ns = NEVER_NS
-        self._told_ns = dict.fromkeys(KINDS, 0)
+        self._event_ns = dict.fromkeys(KINDS, 0)
         self._next_commands: list[Sample] = []
         self._next_events: list[VehicleEvent | PolicyEvent] = []
 
@@ -88,12 +88,12 @@ class LiveSamples:
 
     def event(self, event: VehicleEvent | PolicyEvent) -> None:
         """The vehicle's state or a policy's."""
-        event = event._replace(stamp_ns=told_at(event.stamp_ns, self.newest_ns))
+        event = event._replace(stamp_ns=holds_from_ns(event.stamp_ns, self.newest_ns))
         if place(event.stamp_ns, self.newest_ns):
             self._next_events.append(event)
             return
-        self._told_ns[type(event)] = max(event.stamp_ns, self._told_ns[type(event)])  # As epochs.in_order.
-        event = event._replace(stamp_ns=self._told_ns[type(event)])
+        self._event_ns[type(event)] = max(event.stamp_ns, self._event_ns[type(event)])  # As epochs.in_order.
+        event = event._replace(stamp_ns=self._event_ns[type(event)])
         self.happens(event)
         if isinstance(event, VehicleEvent) and (not self.states or self.states[-1][1:] != event[1:]):
             self.states.append(event)
@@ -107,7 +107,7 @@ class LiveSamples:
         self.poses, self.commands, self.newest_ns, self.newest_command_ns = [], [], 0, 0
         if self.commanded_ns != NEVER_NS:
             self.commanded_ns = 0
-        self.states, self.pending, self._told_ns = [], [], dict.fromkeys(KINDS, 0)
+        self.states, self.pending, self._event_ns = [], [], dict.fromkeys(KINDS, 0)
         commands, events, self._next_commands, self._next_events = self._next_commands, self._next_events, [], []
         for sample in commands:
             self.command(*sample)

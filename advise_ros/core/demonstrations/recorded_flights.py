@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from advise_ros.core.demonstrations.demonstration import Demonstration, EndReason, beginning_unheard
+from advise_ros.core.demonstrations.demonstration import Demonstration, EndReason, with_missed_climb
 from advise_ros.core.demonstrations.discretise import DiscretiseSettings, discretise
 from advise_ros.core.demonstrations.epochs import divide
 from advise_ros.core.demonstrations.flight_windows import Bands, Event, Flight, Segmenter, order
@@ -112,7 +112,7 @@ def demonstration_of(
 ) -> Demonstration:
     """What a flight becomes; the part may hold more than the flight."""
     found = discretise(grid, part, flight.window_ns, settings, demonstration_id, flight.end_reason)
-    return beginning_unheard(found) if flight.unheard else found
+    return with_missed_climb(found) if flight.climb_missed else found
 
 
 def name(number: int) -> str:

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from advise_ros.core.demonstrations.action_rule import ActionVerdict
-from advise_ros.core.demonstrations.demonstration import BEGINNING_UNHEARD, Demonstration, EndReason, taken_back
+from advise_ros.core.demonstrations.demonstration import CLIMB_MISSED, Demonstration, EndReason, taken_back
 from advise_ros.core.demonstrations.discretise import DiscretiseSettings, fitness, follow, new_tracker
 from advise_ros.core.demonstrations.flight_windows import Bands, Flight, Segmenter
 from advise_ros.core.demonstrations.live_samples import LiveSamples, Sample, arrays
@@ -111,7 +111,7 @@ class Recorder:
         """Whether a policy flies the vehicle; without a stamp, from the newest position on."""
         self._samples.event(PolicyEvent(stamp_ns, flies))
 
-    def heard(self, demonstration_id: str) -> None:
+    def skip_number(self, demonstration_id: str) -> None:
         """Somebody holds a demonstration with this id: numbers go on after it, as after those of a former run."""
         self._count = max(self._count, number_of(demonstration_id))
 
@@ -277,7 +277,7 @@ class Recorder:
         self.published.append(found.demonstration_id)
         ended = found.end_reason.name.lower().replace('_', ' ')
         remark = f'{found.demonstration_id}: {len(found.states)} moves, ended by {ended}'
-        self._outputs.append(Output(found, f'{remark}; {BEGINNING_UNHEARD}' if flight.unheard else remark))
+        self._outputs.append(Output(found, f'{remark}; {CLIMB_MISSED}' if flight.climb_missed else remark))
 
     def _idle(self) -> None:
         self.phase = RecorderPhase.IDLE

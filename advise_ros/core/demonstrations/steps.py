@@ -35,10 +35,10 @@ class Movers:
     """What moved the vehicle at any stamp, by its state's events in any order."""
 
     def __init__(self, events: tuple[VehicleEvent, ...]) -> None:
-        told = sorted((one for one in events if one.connected), key=lambda one: one.stamp_ns)
-        self._stamps_ns = np.array([one.stamp_ns for one in told], dtype=np.int64)
-        self._movers = [Mover.UNKNOWN, *(one.mover for one in told)]
-        self._modes = ['', *(one.mode for one in told)]
+        changes = sorted((one for one in events if one.connected), key=lambda one: one.stamp_ns)
+        self._stamps_ns = np.array([one.stamp_ns for one in changes], dtype=np.int64)
+        self._movers = [Mover.UNKNOWN, *(one.mover for one in changes)]
+        self._modes = ['', *(one.mode for one in changes)]
 
     def at(self, stamp_ns: int) -> Mover:
         """A state holds for positions with its stamp, too."""
@@ -64,8 +64,8 @@ def decided_moves(
     at_ends = [movers.at(left_ns) for left_ns in track.left_ns]
     decided = decide(commands, track, at_ends, follower.grid.resolution_m, commanded=commanded)
     drift_m_s = min(DRIFT_M_S, DRIFT_CELLS_PER_S * follower.grid.resolution_m)
-    told = commanded or not all(mover in (Mover.UNKNOWN, Mover.COMMANDS) for mover in at_ends)
-    if told or not len(speeds_m_s) or speeds_m_s.max() > drift_m_s:
+    known = commanded or not all(mover in (Mover.UNKNOWN, Mover.COMMANDS) for mover in at_ends)
+    if known or not len(speeds_m_s) or speeds_m_s.max() > drift_m_s:
         return decided
     return [one._replace(verdict=ActionVerdict.DRIFTED) for one in decided]
 

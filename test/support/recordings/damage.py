@@ -44,7 +44,7 @@ class Found(NamedTuple):
 
     messages: list[tuple[str, int, bytes]]
     records: list[tuple[str, dict[str, str]]]
-    told: str
+    losses: str
 
 
 def record(folder: Path, rng: np.random.Generator) -> Path:
@@ -70,7 +70,7 @@ def record(folder: Path, rng: np.random.Generator) -> Path:
 def whole(file: Path) -> Whole:
     """Everything of a file that nothing has happened to."""
     found = read(file)
-    assert not found.told, found.told
+    assert not found.losses, found.losses
     with McapFile(file) as mcap:
         chunks = [
             (piece.offset, piece.offset + piece.n_bytes, sum(isinstance(each, Message) for each in records(piece)))
@@ -91,7 +91,7 @@ def read(file: Path) -> Found:
                 messages.append((topics[each.channel_id], each.log_time, each.data))
             elif isinstance(each, Metadata):
                 metadata.append((each.name, each.metadata))
-        return Found(messages, metadata, salvage.told())
+        return Found(messages, metadata, salvage.losses())
 
 
 # -- cut off ---------------------------------------------------------------------------------------
@@ -146,8 +146,8 @@ def flips(folder: Path, rng: np.random.Generator, trials: int) -> list[Row]:
         hit = next((count for begin, end, count in before.chunks if begin <= bit // 8 < end), 0)
         lost.append(float(missing > hit))
         wrong += [f'bit {bit}: a message that was never recorded' for message in found.messages if message not in known][:1]
-        if missing and not found.told:
+        if missing and not found.losses:
             wrong.append(f'bit {bit}: {missing} messages are missing without a word')
-        untold += found.records != before.records and not found.told
+        untold += found.records != before.records and not found.losses
     note = f'{untold} flips changed a metadata record (parameters, versions), which MCAP has no checksum for'
     return [row(('recording', 'one bit flipped', 'trials that cost more than its chunk'), lost, 0.0, wrong, note)]

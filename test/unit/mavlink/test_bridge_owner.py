@@ -31,12 +31,12 @@ class Echo:
     def __init__(self, rng: np.random.Generator, **quality: float) -> None:
         self.watch = SetpointWatch()
         self.up, self.down = (Wire(one, **quality) for one in rng.spawn(2))
-        self.velocity, self.heard_s = (0.0, 0.0, 0.0), -math.inf
+        self.velocity, self.received_s = (0.0, 0.0, 0.0), -math.inf
         self.now_s = 100.0
         self._n: dict[bytes, Any] = {}
 
     def follow(self, velocity: tuple[float, float, float]) -> None:
-        self.velocity, self.heard_s = velocity, self.now_s
+        self.velocity, self.received_s = velocity, self.now_s
 
     def tick(self, ours: tuple[float, float, float]) -> None:
         """20 Hz: we send, it follows and reports; without setpoints for 3 s it stands."""
@@ -45,7 +45,7 @@ class Echo:
         self._send(self.up, ours)
         for frame in self.up.due(self.now_s):
             self.follow(self._n[frame])
-        if self.now_s - self.heard_s > 3.0:
+        if self.now_s - self.received_s > 3.0:
             self.velocity = (0.0, 0.0, 0.0)
         self._send(self.down, _target(self.now_s, self.velocity))
         for frame in self.down.due(self.now_s):

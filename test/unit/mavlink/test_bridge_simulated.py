@@ -149,9 +149,9 @@ def test_the_rates_that_a_ground_station_asks_for_do_not_last() -> None:
     flight.copter.receive(slow)
 
     def positions(seconds: float) -> int:
-        before = flight.companion.vehicle.heard[mav.LOCAL_POSITION_NED]
+        before = flight.companion.vehicle.n_received[mav.LOCAL_POSITION_NED]
         flight.run(seconds)
-        return flight.companion.vehicle.heard[mav.LOCAL_POSITION_NED] - before
+        return flight.companion.vehicle.n_received[mav.LOCAL_POSITION_NED] - before
 
     assert positions(0.5) <= 5
     flight.run(5.0)

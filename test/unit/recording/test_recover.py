@@ -51,7 +51,7 @@ def numbers(salvage: Salvage) -> list[int]:
 def test_a_whole_file_gives_all_and_nothing_is_told(tmp_path: Path, compression: str) -> None:
     with Salvage(write(tmp_path / 'bag', compression)) as salvage:
         assert numbers(salvage) == list(range(N_MESSAGES))
-        assert salvage.whole and not salvage.told()
+        assert salvage.whole and not salvage.losses()
 
 
 @pytest.mark.parametrize('compression', COMPRESSIONS)
@@ -64,7 +64,7 @@ def test_a_cut_file_gives_every_chunk_before_the_cut(tmp_path: Path, compression
         with Salvage(file) as salvage:
             found = numbers(salvage)
             assert found == list(range(len(found)))
-            assert salvage.told().startswith('the recording was not finished') and not is_whole(file)
+            assert salvage.losses().startswith('the recording was not finished') and not is_whole(file)
         kept.append(len(found))
     assert kept == sorted(kept) and kept[-1] == N_MESSAGES
 
@@ -75,7 +75,7 @@ def test_what_is_no_such_file_gives_nothing(tmp_path: Path, content: bytes) -> N
     file.write_bytes(content)
     with Salvage(file) as salvage:
         assert not list(salvage.records())
-        assert not salvage.whole and salvage.told()
+        assert not salvage.whole and salvage.losses()
 
 
 def flipped(data: bytes, bit: int) -> bytes:
@@ -100,7 +100,7 @@ def test_a_flipped_bit_costs_one_chunk_at_most_and_never_gives_a_wrong_message(t
             missing = sorted(set(range(N_MESSAGES)) - {message.log_time for message in found})
             assert len(missing) <= CHUNK_BYTES // 100
             assert missing == list(range(missing[0], missing[-1] + 1)) if missing else True
-            assert not missing or salvage.told()
+            assert not missing or salvage.losses()
 
 
 def test_a_chunk_that_takes_the_definitions_with_it_costs_no_other_chunk(tmp_path: Path) -> None:
@@ -121,8 +121,8 @@ def test_a_recovered_bag_is_whole_for_everybody(tmp_path: Path) -> None:
     original = file.read_bytes()
     file.write_bytes(original[: len(original) * 2 // 3])
     found = recover(tmp_path / 'bag')
-    assert found.target == tmp_path / 'bag_recovered' and len(found.told) == 1
-    assert 'not finished' in found.told[0] and 'bag_0.mcap' in found.told[0]
+    assert found.target == tmp_path / 'bag_recovered' and len(found.losses) == 1
+    assert 'not finished' in found.losses[0] and 'bag_0.mcap' in found.losses[0]
     assert file.read_bytes() == original[: len(original) * 2 // 3]
     with AnyReader([tmp_path / 'bag_recovered']) as reader:
         rows = [(stamp, reader.deserialize(raw, c.msgtype).pose.position.x) for c, stamp, raw in reader.messages()]
@@ -141,7 +141,7 @@ def test_a_whole_bag_is_left_alone_and_one_without_metadata_gets_them(tmp_path: 
     assert recover(tmp_path / 'bag').target is None
     (tmp_path / 'bag' / 'metadata.yaml').unlink()
     found = recover(tmp_path / 'bag')
-    assert (found.n_messages, found.told) == (N_MESSAGES, ())
+    assert (found.n_messages, found.losses) == (N_MESSAGES, ())
     with AnyReader([found.target]) as reader:
         assert reader.message_count == N_MESSAGES
 

@@ -8,7 +8,7 @@ Two small programs over the region bound what the whole one can be:
 - from above, the multipliers of the rows outside stay what they were, and pull at the region's v as a linear term:
   its multipliers with those outside are a point of the whole program's dual.
 
-`certificate.py` values both on the whole program, so that a gap is told as honestly as any solver's. A region grows
+`certificate.py` values both on the whole program, so that a gap is stated as honestly as any solver's. A region grows
 until the gap is small enough. What comes of it depends on the earlier solution, so it is good for looking ahead only.
 """
 
@@ -184,11 +184,11 @@ def _part(problem: Problem, region: Region) -> Problem:
     """The region as a problem of its own, in which the rim stays where it is."""
     mdp = _process(problem.mdp, region)
     inside, states = region.inside, region.states
-    shown, told = inside[problem.demonstrated], inside[problem.advised]
+    shown, advised = inside[problem.demonstrated], inside[problem.advised]
     return Problem(
         mdp, problem.terms, problem.shares[states], mdp.under(problem.shares[states]),
         np.searchsorted(states, problem.demonstrated[shown]), problem.caps[shown],
-        np.searchsorted(states, problem.advised[told]),
+        np.searchsorted(states, problem.advised[advised]),
         _pairs(problem.demonstration_pairs, region), _pairs(problem.advice_pairs, region),
     )
 
@@ -230,9 +230,9 @@ def _value(part: Problem, region: Region, value: Floats) -> Floats:
 
 def _multipliers(problem: Problem, part: Problem, region: Region, old: Duals) -> Duals:
     """The multipliers with the region's best, beside what stays."""
-    shown, told = region.inside[problem.demonstration_pairs.states], region.inside[problem.advice_pairs.states]
+    shown, advised = region.inside[problem.demonstration_pairs.states], region.inside[problem.advice_pairs.states]
     outside = Duals(
-        np.where(region.inside, 0.0, old.flow), np.where(shown, 0.0, old.demonstration), np.where(told, 0.0, old.advice)
+        np.where(region.inside, 0.0, old.flow), np.where(shown, 0.0, old.demonstration), np.where(advised, 0.0, old.advice)
     )
     pull = (
         problem.backup_transposed(outside.flow)
@@ -246,7 +246,7 @@ def _multipliers(problem: Problem, part: Problem, region: Region, old: Duals) ->
     found = duals(part, _solved(program, t).multipliers)
     outside.flow[region.inside] = found.flow[~region.rim]
     outside.demonstration[shown] = found.demonstration
-    outside.advice[told] = found.advice
+    outside.advice[advised] = found.advice
     return outside
 
 

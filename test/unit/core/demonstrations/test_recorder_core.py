@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from advise_ros.core.demonstrations.demonstration import BEGINNING_UNHEARD, Demonstration, EndReason
+from advise_ros.core.demonstrations.demonstration import CLIMB_MISSED, Demonstration, EndReason
 from advise_ros.core.demonstrations.discretise import DiscretiseSettings, discretise
 from advise_ros.core.demonstrations.live_samples import KEEP
 from advise_ros.core.demonstrations.recorded_flights import demonstrations_of
@@ -214,7 +214,7 @@ def test_a_flight_whose_climb_was_not_heard_is_noted_and_the_next_is_not(states_
         events=BOTH.events if states_known else (),
     )
     noted, clean = play(recorder(), late)
-    assert noted.audit.notes[0] == BEGINNING_UNHEARD and BEGINNING_UNHEARD not in clean.audit.notes
+    assert noted.audit.notes[0] == CLIMB_MISSED and CLIMB_MISSED not in clean.audit.notes
 
 
 def test_a_state_that_is_heard_late_takes_nothing_from_a_flight() -> None:

@@ -79,12 +79,12 @@ class Stars(NamedTuple):
 
 def stars_of(problem: Problem, edge: Ints) -> Stars:
     """The stars of a problem, with (n_actions, n_actions) numbers of the pairs of actions."""
-    mdp, shown, told = problem.mdp, problem.demonstration_pairs, problem.advice_pairs
+    mdp, shown, advised = problem.mdp, problem.demonstration_pairs, problem.advice_pairs
     distinct = ~mdp.alike[shown.states, shown.better, shown.worse]
     kept = np.flatnonzero(distinct & (problem.terms.lambda_t > 0.0))  # Margins that nothing pays for stay out.
     shown = Pairs(*(column[kept] for column in shown))
-    pairs = Pairs(*(np.concatenate(columns) for columns in zip(shown, told, strict=True)))
-    first = np.concatenate([_is_first(shown.states), _is_first(told.states)])
+    pairs = Pairs(*(np.concatenate(columns) for columns in zip(shown, advised, strict=True)))
+    first = np.concatenate([_is_first(shown.states), _is_first(advised.states)])
     start = np.flatnonzero(first)
     n_demonstrated = int(first[: len(shown.states)].sum())
     owner = np.cumsum(first) - 1

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 
-from advise_ros.ros.hearing import Audience, counted
+from advise_ros.ros.receivers import Receivers, counted
 
 TOPIC = '/drone/cmd_vel'
 
@@ -21,20 +21,20 @@ def test_counts_are_read_by_the_full_name_of_the_topic() -> None:
 
 
 def test_each_node_has_to_count_more_than_before_we_sent_anything() -> None:
-    audience = Audience(['/drone/recorder', '/drone/logger'], TOPIC)
-    audience.on_diagnostics(said('/drone/recorder', '40'))  # Somebody else's commands.
-    audience.sent()
-    audience.on_diagnostics(said('/drone/recorder', '40'))
-    audience.on_diagnostics(said('/other/recorder', '80'))
-    assert audience.missing == {'/drone/recorder', '/drone/logger'}
-    audience.on_diagnostics(said('/drone/recorder', '41'))
-    assert audience.missing == {'/drone/logger'}
+    receivers = Receivers(['/drone/recorder', '/drone/logger'], TOPIC)
+    receivers.on_diagnostics(said('/drone/recorder', '40'))  # Somebody else's commands.
+    receivers.sent()
+    receivers.on_diagnostics(said('/drone/recorder', '40'))
+    receivers.on_diagnostics(said('/other/recorder', '80'))
+    assert receivers.missing == {'/drone/recorder', '/drone/logger'}
+    receivers.on_diagnostics(said('/drone/recorder', '41'))
+    assert receivers.missing == {'/drone/logger'}
 
 
 def test_a_node_that_is_first_heard_of_while_we_send_has_to_count_on() -> None:
-    audience = Audience(['/logger'], TOPIC)
-    audience.sent()
-    audience.on_diagnostics(said('/logger', '5'))
-    assert audience.missing
-    audience.on_diagnostics(said('/logger', '6'))
-    assert not audience.missing
+    receivers = Receivers(['/logger'], TOPIC)
+    receivers.sent()
+    receivers.on_diagnostics(said('/logger', '5'))
+    assert receivers.missing
+    receivers.on_diagnostics(said('/logger', '6'))
+    assert not receivers.missing

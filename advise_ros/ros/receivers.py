@@ -17,7 +17,7 @@ def counted(status: DiagnosticStatus, topic: str) -> int:
     return int(said) if said.isdecimal() else 0
 
 
-class Audience:
+class Receivers:
     """Nodes that are to hear what we send on a topic: each has to count messages that came after our first one.
 
     Attributes:
