@@ -2,7 +2,7 @@
 
     ./advise python benchmarks/flight.py [--seconds 20] [--json FILE]
 
-Latency: a source publishes poses and hears the commands of the policy node that carry their stamps, at 20 Hz and
+Latency: a source publishes poses and receives the commands of the policy node that carry their stamps, at 20 Hz and
 1 kHz; then again while a learner solves one problem after the other in a process beside it. Jitter: how far the
 intervals between commands are from 50 ms, at 20 Hz. Processor time: the graph of the demo at real-time speed
 learns from model demonstrations, stands for --seconds, and flies the route once.

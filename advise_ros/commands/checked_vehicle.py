@@ -50,7 +50,7 @@ class CheckedVehicle:
 
     @property
     def system(self) -> int:
-        """Its MAVLink system id; 0: not heard."""
+        """Its MAVLink system id; 0: none yet."""
         target = self._companion.vehicle.target
         return 0 if target is None else target[0]
 
@@ -80,7 +80,7 @@ class CheckedVehicle:
         """Find it, wait for its readiness, read its parameters.
 
         Raises:
-            AdviseError: no autopilot is heard.
+            AdviseError: no autopilot answers.
         """
         started_s = time.monotonic()
         self._until(lambda: bool(self.status.autopilot), self._wait_s)
@@ -113,9 +113,9 @@ class CheckedVehicle:
         return self.autopilot == 'px4'
 
     def _silence(self) -> str:
-        """Why no autopilot is heard, as far as it can be told, and what to do."""
+        """Why no autopilot answers, as far as can be seen, and what to do."""
         link, hindrance = self.link, self._companion.hindrance
-        silence = f'no autopilot is heard within {self._wait_s:g} s on {link.url}'
+        silence = f'no autopilot answers within {self._wait_s:g} s on {link.url}'
         if link.refused_signatures:
             return f"{silence}: {hindrance}; give --signing-key the autopilot's own key, or none where it has none"
         if self._companion.vehicle.unfit:
@@ -137,7 +137,7 @@ class CheckedVehicle:
         return 'it is armed: disarm it and try again' if status.armed else ''
 
     def refresh(self) -> None:
-        """Wait until it was heard anew; a person may have thought for long."""
+        """Wait for new messages of it; a person may have thought for long."""
         asked_s = time.monotonic()
         self._until(lambda: self._companion.vehicle.heartbeat_at_s > asked_s, HEARTBEAT_S)
 

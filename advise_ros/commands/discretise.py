@@ -31,7 +31,7 @@ from advise_ros.recording.demofile import save_demonstrations
 from advise_ros.recording.gridfile import load_grid
 from advise_ros.recording.sources import find_recordings
 
-TABLE_COLUMNS = 120  # Where the terminal does not tell its width.
+TABLE_COLUMNS = 120  # Where the terminal does not say its width.
 WAYPOINTS_SHOWN = 6
 ROWS_SHOWN = 100
 
@@ -42,7 +42,7 @@ EXAMPLES = """examples:
   ./advise discretise season/ --grid grid.yaml --out dataset          (dataset.yaml and demonstrations.npz)
   ./advise discretise season/ --grid grid.yaml --out dataset --dask tcp://10.0.0.5:8786
 
-Of a recording that is cut off or damaged, what is whole is used and the rest told.
+Of a recording that is cut off or damaged, what is whole is used and the rest is listed.
 
 Next: learn from them, and see the first question:
   ./advise advise --ros-args -p grid_file:=config/grid_6x6.yaml -p demonstrations_file:=demos.json

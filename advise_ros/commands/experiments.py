@@ -37,7 +37,7 @@ EPILOG = """examples:
   ./advise experiments learn --problem p.npz --out r.npz
   ./advise experiments learn --dataset season --out r.npz
 
-Next: look at the pictures in OUT; docs/paper.md tells what the paper has in their places.
+Next: look at the pictures in OUT; docs/paper.md has the paper's own ones beside.
 Results are kept trial by trial in OUT/trials.jsonl: after an interruption the same command goes on.
 exit code: 0 done; 1 learn: no reward satisfies strict advice; 2 wrong usage or input; 130 interrupted"""
 EXAMPLES = {
@@ -133,7 +133,7 @@ def _conflict(learned: Learned) -> str:
     rows = learned.contradictory.tolist()
     named = f'{", ".join(map(str, rows[:MOST_NAMED]))}{", ..." if len(rows) > MOST_NAMED else ""}'
     who = f'rows {named} of the advice cannot all hold' if len(rows) > 1 else f'row {named} of the advice cannot hold'
-    remedy = 'drop one, or set slack_cost above 0' if learned.status == 'infeasible' else 'field slack tells what it costs'
+    remedy = 'drop one, or set slack_cost above 0' if learned.status == 'infeasible' else 'field slack says what it costs'
     return f'{who} (rows count from 0); {remedy}'
 
 

@@ -40,7 +40,7 @@ reads back and checks again. It refuses while the vehicle is armed or in the air
 
 Next: when nothing is wrong, ./advise mavlink_bridge --ros-args -p url:=udpin:127.0.0.1:14550 -p grid_file:=config/grid_6x6.yaml
 
-exit code: 0 nothing is wrong (any more), 1 something is, or was not written, 2 wrong usage, no autopilot heard, or
+exit code: 0 nothing is wrong (any more), 1 something is, or was not written, 2 wrong usage, no autopilot answers, or
 writing refused; 130 interrupted"""
 
 
@@ -129,7 +129,7 @@ class Check:
         """Look, report, and with `--apply` write what is recommended.
 
         Raises:
-            AdviseError: no autopilot is heard, or nothing may be written now.
+            AdviseError: no autopilot answers, or nothing may be written now.
         """
         self._vehicle.look()
         findings = self._findings()
@@ -145,7 +145,7 @@ class Check:
         """Put back what a file says.
 
         Raises:
-            AdviseError: no autopilot is heard, it is another one, or nothing may be written now.
+            AdviseError: no autopilot answers, it is another one, or nothing may be written now.
         """
         self._vehicle.look()
         vehicle = self._vehicle
@@ -180,7 +180,7 @@ class Check:
         if self._link.doubt:
             return wrong(self._link.doubt, '--signing-key FILE with the key that it has')
         remedy = 'give both ends one key where others can reach the link: docs/safety.md'
-        return advice('the link is not signed: whoever reaches it may command the vehicle', remedy)
+        return advice('the link is not signed: anyone who reaches it may command the vehicle', remedy)
 
     # -- writing ------------------------------------------------------------------------------
     def _write(self, changes: Sequence[Change]) -> int:

@@ -18,7 +18,7 @@ from advise_ros.replay.check import check
 from advise_ros.replay.overrides import parse
 from advise_ros.replay.report import ReplayReport, show, to_junit
 
-REPORT_COLUMNS = 120  # Where the terminal does not tell its width.
+REPORT_COLUMNS = 120  # Where the terminal does not say its width.
 
 EPILOG = """Rebuilds, without a ROS graph: demonstrations from positions and commands, their windows from the vehicle's
 state, policies and questions from demonstrations and answers, commands from policy and positions. Each is compared
@@ -31,7 +31,7 @@ examples:
   ./advise replay session1 --live
   ./advise replay session1 -p advise.clusters:=8 -p grid.resolution:=1.0
 
-Of a bag that is cut off or damaged, what is whole is replayed and the rest told.
+Of a bag that is cut off or damaged, what is whole is replayed and the rest is listed.
 
 Next: keep the verdict of a session that you accept (--json accepted.json) and hold the next version to it (--against);
 docs/replay.md has the workflow.

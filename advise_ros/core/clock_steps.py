@@ -1,6 +1,6 @@
 """Whether our own clock was set: it then parts from steady time.
 
-Whoever judges stamps by the node's clock (guard, policy) looks here first. The stamps of a recorded stream alone are
+Everything that judges stamps by the node's clock (guard, policy) asks here first. The stamps of a recorded stream alone are
 sorted by core/demonstrations/timeline.py, an autopilot's time since boot becomes stamps in mavlink/stamps.py.
 """
 

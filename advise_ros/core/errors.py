@@ -1,4 +1,4 @@
-"""The error tree: what a user can mend, and nothing else."""
+"""The error tree: what a user can put right, and nothing else."""
 
 from __future__ import annotations
 

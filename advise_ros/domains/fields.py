@@ -1,4 +1,4 @@
-"""Arrays of an .npz file, each checked as it is read: what is wrong is told with the field's name."""
+"""Arrays of an .npz file, each checked as it is read: errors name the field."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class Fields(NamedTuple):
             raise self.wrong(name, f'is unknown; known are {", ".join(known)}')
 
     def array(self, name: str, dimensions: int, kinds: str) -> np.ndarray[Any, Any]:
-        """A field with so many dimensions, of one of numpy's kinds of type."""
+        """A field with this number of dimensions, of one of numpy's kinds of type."""
         if name not in self.arrays:
             raise self.wrong(name, 'is missing')
         found = self.arrays[name]

@@ -31,7 +31,7 @@ def load_domain(path: str) -> Domain:
 
 
 def changed_ns(file: Path) -> int:
-    """When a file was last written; 0 where there is none, whose reader tells more."""
+    """When a file was last written; 0 where there is none, whose reader gives the error."""
     return file.stat().st_mtime_ns if file.exists() else 0
 
 

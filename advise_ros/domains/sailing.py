@@ -27,7 +27,7 @@ def sailing() -> Domain:
     """Land at the dock on the far side, from anywhere on the near side.
 
     State = wind * 25 + row * 5 + column. Of each move a gust adds one column with the wind, and the wind may turn.
-    The paper tells neither the dock, nor the shallows, nor the wind's strength.
+    The paper says neither where the dock is, nor the shallows, nor the wind's strength.
     """
     n = len(WINDS) * SIZE * SIZE
     cell = np.arange(n) % (SIZE * SIZE)

@@ -22,7 +22,7 @@ HORIZON = 50
 def wumpus() -> Domain:
     """Reach the lower right cell from the upper left one; moves are certain, walls stop them.
 
-    The paper tells neither the obstacles' cells nor the reward: +1 at the goal, -1 in an obstacle.
+    The paper gives neither the obstacles' cells nor the reward: +1 at the goal, -1 in an obstacle.
     """
     n = SIZE * SIZE
     goal, obstacle, start = (np.zeros(n, dtype=np.bool_) for _ in range(3))

@@ -74,7 +74,7 @@ class ArduPilot(Machine):
         }
 
     def wanted(self) -> tuple[tuple[int, float], ...]:
-        """It tells its target in GUIDED only."""
+        """ArduPilot reports its target in GUIDED only."""
         return (*self.intervals, TARGET) if self._vehicle.custom_mode == GUIDED else self.intervals
 
     def missing(self) -> tuple[str, ...]:

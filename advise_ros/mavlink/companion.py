@@ -125,7 +125,7 @@ class Companion:
         self._rates.forget()
         self.timesync.forget()
         self.vehicle.received_at_s.clear()
-        # Its mode may have changed meanwhile: whatever else is heard first, only a new heartbeat tells.
+        # Its mode may have changed meanwhile: only a new heartbeat shows it, whatever else comes first.
         self.vehicle.heartbeat_at_s = -math.inf
         if self._machine is not None:
             self._machine.lose_link()
@@ -154,12 +154,12 @@ class Companion:
         return request
 
     def _no_link(self) -> str:
-        what = 'the link to the autopilot is lost' if self.vehicle.target else 'no autopilot has been heard'
+        what = 'the link to the autopilot is lost' if self.vehicle.target else 'no autopilot has answered'
         return f'{what} ({self.hindrance})' if self.hindrance else what
 
     @property
     def hindrance(self) -> str:
-        """What is known to be wrong with the link or with what is heard on it, '' if nothing."""
+        """What is wrong with the link or with what arrives on it, '' if nothing is known."""
         return '; '.join(reason for reason in (self._link_problem, '' if self.vehicle.target else self.vehicle.unfit) if reason)
 
     # -- status ------------------------------------------------------------------------------

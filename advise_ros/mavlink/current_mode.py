@@ -1,4 +1,4 @@
-"""CURRENT_MODE (436), by which PX4 tells its mode ten times a second, and whether it is the one that was commanded.
+"""CURRENT_MODE (436), by which PX4 reports its mode ten times a second, and whether it is the one that was commanded.
 
 The dialect `ardupilotmega` lacks it, and `development`, which has it, takes a second and 80 MB to import.
 Source: https://mavlink.io/en/messages/development.html#CURRENT_MODE

@@ -1,6 +1,6 @@
 """Whether an autopilot's position is to be trusted, by its estimator's own word, its GPS, and how its positions move.
 
-A shift of the GPS is told seconds before the estimator follows it: by the measurements that it rejects, and by
+A shift of the GPS shows seconds before the estimator follows it: by the measurements that it rejects, and by
 the GPS that is somewhere else than the position. The jump itself shows in positions that no velocity explains.
 """
 
@@ -30,7 +30,7 @@ STANDS_STILL, ARDUPILOT_GLITCH, PX4_GLITCH = 0x080, 0x8000, 0x0400
 
 FIX_3D = 3
 EARTH_RADIUS_M = 6_378_100.0
-# The GPS may be off the position by this, or by so many of its own standard deviations up to the limit,
+# The GPS may be off the position by this, or by this many of its own standard deviations up to the limit,
 NEAR_M, SIGMAS, FURTHEST_NEAR_M = 3.0, 3.0, 10.0
 # and by what was flown since one of them was measured, and by another idea of the earth's radius.
 LAG_S, SCALE_ERROR = 0.5, 0.002
@@ -87,7 +87,7 @@ class Estimator:
         self._reasons[name] = (known if known and going_on else words, until_s)
 
     def _judge(self, name: str, words: str, at_s: float, reports: int = REPORTS) -> None:
-        """A report is bad by `words`, or good: so many in a row begin or end a reason."""
+        """Take a report that is bad by `words`, or good (''); several in a row begin or end a reason."""
         active = self._reasons.get(name, ('', -math.inf))[1] > at_s
         if bool(words) == active:
             self._bad[name] = 0

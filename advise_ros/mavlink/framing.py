@@ -94,7 +94,7 @@ class Framer:
         return start
 
     def _frame_length(self, at: int) -> int:
-        """Length of the frame that starts here: 0 if more bytes are needed to tell, -1 if there can be none."""
+        """Length of the frame that starts here: 0 if more bytes are needed to decide, -1 if there can be none."""
         rest = len(self._buffer) - at
         if rest < HEADER_V1:
             return 0

@@ -76,7 +76,7 @@ class Link:
 
     @property
     def doubt(self) -> str:
-        """Why frames are refused here, or probably there; '' if nothing tells of it."""
+        """Why frames are refused here, or probably there; '' if there is no sign of it."""
         if self._verifier is not None:
             return self._verifier.refusal
         return SIGNED_WITHOUT_KEY if self._framer.unproven else ''

@@ -283,7 +283,7 @@ class Machine(ABC):
         if not vehicle.armed:
             self._task.finish(failed=False)
         elif vehicle.custom_mode != self.land_mode and vehicle.heartbeat_at_s >= vehicle.mode_at_s:
-            # Not before a heartbeat: PX4 tells the mode at once, and only there that it has disarmed.
+            # Not before a heartbeat: PX4 reports the mode at once, and only there that it has disarmed.
             self._task.give_up(self._mode_set)
             self._ownership.lose(self._mode_set)
         return []

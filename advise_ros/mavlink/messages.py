@@ -103,14 +103,14 @@ def is_multicopter(heartbeat_message: Message) -> bool:
 def is_plausible(message: Message) -> bool:
     """Whether every number that reaches a controller is finite and within what a multicopter can do.
 
-    NaN, infinity and nonsense pass the checksum. Messages that no controller hears are not looked at.
+    NaN, infinity and nonsense pass the checksum. Messages that no controller reads are not looked at.
     """
     bounds = _BOUNDS.get(message.get_msgId())
     return bounds is None or all(abs(getattr(message, name)) <= bound for name, bound in bounds)
 
 
 def heartbeat(*, as_ground_station: bool = False) -> Message:
-    """Ours: an onboard computer, no autopilot; or a ground station, to whom PX4 sends its texts."""
+    """Ours: an onboard computer, no autopilot; or a ground station, because PX4 sends its texts to those only."""
     kind = dialect.MAV_TYPE_GCS if as_ground_station else dialect.MAV_TYPE_ONBOARD_CONTROLLER
     return dialect.MAVLink_heartbeat_message(kind, dialect.MAV_AUTOPILOT_INVALID, 0, 0, dialect.MAV_STATE_ACTIVE, 3)
 

@@ -36,12 +36,12 @@ def changes(findings: list[Finding]) -> list[Change]:
 
 def state_findings(status: Status, texts: list[str]) -> list[Finding]:
     """What the vehicle says of itself."""
-    found = [right(f'{status.autopilot} multicopter is heard, mode {status.mode}')]
+    found = [right(f'{status.autopilot} multicopter answers, mode {status.mode}')]
     if status.armed:
         found.append(wrong('it is armed', 'disarm it before a check'))
     elif status.ready:
         found.append(right('it is ready to arm'))
     else:
         lacking = f'it is not ready to arm; it waits for: {status.waiting_for}'
-        found.append(wrong(lacking, 'wait longer (--wait), or mend what it says below'))
+        found.append(wrong(lacking, 'wait longer (--wait), or put right what it says below'))
     return found + [Finding(Level.ADVICE, f'it says: {text}') for text in texts]

@@ -88,7 +88,7 @@ def _data_link(values: Values, _: Room | None) -> Finding | None:
         return None
     if action == 0.0:
         return right('NAV_DLL_ACT = 0: it does not wait for a ground station')
-    said = f'NAV_DLL_ACT = {action:g}: it arms and flies only while a ground station is heard (the bridge counts as one)'
+    said = f'NAV_DLL_ACT = {action:g}: it arms and flies only while a ground station is there (the bridge counts as one)'
     return advice(said, 'set NAV_DLL_ACT to 0 if none is always there')
 
 

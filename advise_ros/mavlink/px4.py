@@ -2,7 +2,7 @@
 
 PX4 wants a stream of setpoints before OFFBOARD is asked for, leaves OFFBOARD 1 s after it pauses, and comes
 back by itself when the stream does. So the stream begins with a take-off or a take-over, never pauses in
-OFFBOARD, and ends with OFFBOARD: a vehicle that somebody else or a failsafe took hears nothing more from us.
+OFFBOARD, and ends with OFFBOARD: a vehicle that somebody else or a failsafe took gets no more setpoints from us.
 
 After a landing out of OFFBOARD it is disarmed in OFFBOARD, where its pre-arm check fails for want of a stream
 and says nothing else: a take-off streams there before it waits for readiness.

@@ -1,4 +1,4 @@
-"""Keeps an autopilot's messages coming at the rates that we need, whoever else asks for others on the same link.
+"""Keeps an autopilot's messages coming at the rates that we need, even if another component asks for others on the same link.
 
 MAVProxy asks for everything at 4 Hz every 15 s, which undoes what a companion behind it has asked for.
 """

@@ -83,11 +83,11 @@ class Repeated:
         return [self._message]
 
     def progress(self, vehicle: Vehicle, now_s: float) -> Progress:
-        """How the autopilot answered; a refusal is told after its text had time to come."""
+        """How the autopilot answered; a refusal is reported after its text had time to come."""
         result = vehicle.ack_since(int(self._message.command), self._first_s)
         self._accepted = self._accepted or result == mav.ACK_ACCEPTED
         self._in_progress = result == mav.ACK_IN_PROGRESS and now_s - self._sent_s < IN_PROGRESS_S
-        if self._accepted:  # Whatever a repetition was told.
+        if self._accepted:  # Whatever a repetition was answered.
             return Progress.ACCEPTED
         if self._in_progress:
             return Progress.WAITING

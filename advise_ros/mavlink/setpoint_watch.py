@@ -22,9 +22,9 @@ REMEMBERED = 1500
 OVERTAKEN_MS = 30_000
 # Equal: within this, metres a second, and this share of the speed.
 SAME_M_S, SAME_SHARE = 1e-3, 1e-4
-# So many foreign velocities within so long are no chance; a place or an acceleration, which we never send, is enough once.
+# This many foreign velocities within this time are no chance; a position or an acceleration, which we never send, is enough once.
 FOREIGN_REPORTS, FOREIGN_WITHIN_S = 2, 3.0
-# What the autopilot has made of a setpoint may be one that came so much later than the last one seen unchanged.
+# What the autopilot has made of a setpoint may be one that came this much later than the last one seen unchanged.
 MADE_OF_LATER_S = 1.0
 IGNORES_PLACE, IGNORES_VELOCITY = 0x007, 0x038
 

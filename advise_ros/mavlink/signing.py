@@ -6,7 +6,7 @@ since 2015, and six bytes of SHA-256 over the key and the frame.
 The hash is checked before anything is remembered: a forged frame with a time in the far future locks
 nobody out. A link that is new is judged by our own clock, never by the time that another link brought, so a
 sender whose clock is ahead does not lock out those with the true time. What we send is never older than the
-newest time that was heard with a right signature: a receiver may have taken that one for its own.
+newest time that was received with a right signature: a receiver may have taken that one for its own.
 """
 
 from __future__ import annotations
@@ -74,7 +74,7 @@ def optional_key(path: str) -> bytes | None:
 
 
 class SigningClock:
-    """Signing time: the wall clock at the start, then steady; never behind what was heard.
+    """Signing time: the wall clock at the start, then steady; never behind what was received.
 
     Args:
         now_units: signing time now; by default the wall clock's.

@@ -19,12 +19,12 @@ STEP_NS = NS_PER_MS
 READING_NS = 20 * NS_PER_MS
 # Set back by more than this, our clock takes the stamps with it.
 SET_BACK_NS = NS
-# So many messages in a row that are older than the newest by more than this, each later than the one before, come
+# This many messages in a row that are older than the newest by more than this, each later than the one before, come
 # from an autopilot that rebooted; fewer, or in disorder, are late messages.
 REBOOT_MS, REBOOT_MESSAGES = 5000, 8
 # Where TIMESYNC is not answered, the smallest delay of this long counts as none.
 WINDOW_S = 5.0
-# The clocks run at different speeds when most of so many seconds say so; a pause is in one of them.
+# The clocks run at different speeds when most of this many seconds say so; a pause is in one of them.
 SECONDS, DIFFERENT = 10, 0.1
 
 
@@ -58,8 +58,8 @@ class BootOrder:
 class ClockOffset:
     """Our steady clock minus the autopilot's, seconds.
 
-    Each message tells that it is at most its arrival minus its time: the smallest one was delayed least. Only
-    TIMESYNC can tell that it has grown (the autopilot paused, or its clock is slow) and not the delay.
+    Each message bounds it by its arrival minus its time: the smallest one was delayed least. Only
+    TIMESYNC can show that it has grown (the autopilot paused, or its clock is slow) and not the delay.
 
     Attributes:
         offset_s: None before the first message.
@@ -113,7 +113,7 @@ class Stamper:
 
     Args:
         simulated: our clock is /clock, which runs at the autopilot's speed. Its stamps are taken as they are
-            when the two are less than a minute apart: whoever publishes /clock gives us the same time.
+            when the two are less than a minute apart: the publisher of /clock gives us the same time.
 
     Attributes:
         newest_ns: the last stamp given, -1 before the first.

@@ -33,7 +33,7 @@ class Bounds(NamedTuple):
 class Timesync:
     """Asks the autopilot for its time, answers when it asks for ours. Times are steady.
 
-    The two ways cannot be told apart by the round trip, so nothing here says how long one way takes: it is
+    A round trip does not show how long each of the two ways takes, so nothing here says that: it is
     no longer than the round trip, and the truth lies between `bounds`.
 
     Attributes:

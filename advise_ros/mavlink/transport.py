@@ -104,7 +104,7 @@ def why(problem: Exception) -> str:
 
 
 class UdpIn:
-    """Listens; answers go to whom the caller names."""
+    """Listens; answers go to the address that the caller names."""
 
     datagrams = True
 
@@ -139,7 +139,7 @@ class UdpIn:
 
 
 class UdpOut(UdpIn):
-    """Sends to a fixed address and hears what comes back."""
+    """Sends to a fixed address and receives what comes back."""
 
     def open(self) -> None:
         try:

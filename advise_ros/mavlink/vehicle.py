@@ -19,7 +19,7 @@ Address = tuple[str, int]
 
 # A text is put together from chunks of this many characters up to the other; a shorter chunk ends it.
 CHUNK, LONGEST_TEXT = 50, 400
-# The mode is in the heartbeat: without one for this many time-outs the link counts as lost whatever else is heard.
+# The mode is in the heartbeat: without one for this many time-outs the link counts as lost whatever else arrives.
 HEARTBEATS_LOST = 3.0
 
 # A position that is older is no place to go by.
@@ -66,16 +66,16 @@ class Vehicle:
     """One autopilot of a multicopter, chosen by its first heartbeat.
 
     Only messages of its (system, component) count: other links' heartbeats are forwarded by many autopilots.
-    While it is heard from one address, another address with its ids is a stranger.
+    While its messages come from one address, those with its ids from another are not taken.
 
     Attributes:
         wanted_system: the only system that is chosen; 0: any.
         refused_numbers, refused_strangers: messages that were not taken in, and why.
-        unfit: what else was heard that calls itself an autopilot, in words.
+        unfit: another sender that calls itself an autopilot, in words.
         text_goes_on: `text` is the begin of a longer one.
         doubt: why its position is not to be trusted, in words, '' if it is.
         round_trip_s: how long a message takes there and back, infinite while that is unknown.
-        custom_mode, mode_at_s: the mode that is flown, and when it was first heard of.
+        custom_mode, mode_at_s: the mode that is flown, and when it was first reported.
         diverted: it says that it flies another mode than the one that was commanded.
         failsafe_text: its last text that names a failsafe.
         received_at_s, n_received: when each message came last, and how often so far.
@@ -119,7 +119,7 @@ class Vehicle:
     _order: BootOrder = field(default_factory=BootOrder)
 
     def connected(self, now_s: float) -> bool:
-        """Whether it is heard. A bad link loses some heartbeats in a row; what comes between them shows that it lives."""
+        """Whether its messages arrive. A bad link loses some heartbeats in a row; what comes between them shows that it lives."""
         received = now_s - self.received_s <= self.heartbeat_timeout_s
         return received and now_s - self.heartbeat_at_s <= HEARTBEATS_LOST * self.heartbeat_timeout_s
 
@@ -261,7 +261,7 @@ class Vehicle:
             self.failsafe_text, self.failsafe_text_at_s = self.text, now_s
 
     def forget_silent(self, now_s: float) -> None:
-        """Readiness and landed state that were not heard lately are unknown."""
+        """Readiness and landed state that were not reported lately are unknown."""
         for message_id, name, unknown in (
             (mav.EKF_STATUS_REPORT, 'ekf_flags', None), (mav.SYS_STATUS, 'health', None),
             (mav.EXTENDED_SYS_STATE, 'landed_state', 0), (mav.CURRENT_MODE, 'diverted', False),

@@ -115,7 +115,7 @@ class ExpertNode(Node):
             self._forget()
 
     def _on_timeout(self) -> None:
-        """The learner may have died with the request: ask whoever serves now. A repeated answer is refused, no more."""
+        """The learner may have died with the request: ask the one that serves now. A repeated answer is refused, no more."""
         self._timeout.cancel()
         if self._sent is not None:
             self.get_logger().warning(f'no reply from {self._client.srv_name} within {REPLY_TIMEOUT_S:g} s; trying again')

@@ -80,7 +80,7 @@ def monitor_of(config: ChecksConfig, limits: rules.Limits, *, lifts: bool = Fals
 
 
 def renewed(monitor: GuardMonitor, config: ChecksConfig, limits: rules.Limits, *, lifts: bool = False) -> GuardMonitor:
-    """A guard that has heard nothing yet; a stop holds on."""
+    """A guard that has received nothing yet; a stop holds on."""
     fresh = monitor_of(config, limits, lifts=lifts)
     fresh.latched = monitor.latched
     return fresh
@@ -122,7 +122,7 @@ class Guard(ManagedNode):
     Example, with MAVROS:
       ros2 run advise_ros guard --ros-args -p grid_file:=config/grid_6x6.yaml \\
         -r pose:=/mavros/local_position/pose -r guard/cmd_vel:=/mavros/setpoint_velocity/cmd_vel
-    Next: `policy`, `pilot` or `teleop`; ros2 topic echo /diagnostics tells what it changed and why.
+    Next: `policy`, `pilot` or `teleop`; ros2 topic echo /diagnostics shows what it changed and why.
     """
 
     def __init__(self) -> None:

@@ -38,7 +38,7 @@ class LoggerNode(Node):
 
     By default: pose, odom, cmd_vel, vehicle_status, battery_state, demonstration, advise/query,
     advise/policy, advise/advice_log, advise/status, advise/uncertainty, advise/reward, advise/site_map,
-    advise/site_prior, advise/markers, policy/status, /diagnostics and what services tell of their calls
+    advise/site_prior, advise/markers, policy/status, /diagnostics and what services publish of their calls
     (service_introspection); or the names and patterns in `topics`, also those that appear later. Messages are
     stored as they came (CDR) with their definitions and the profiles that publishers offer; the bag also holds
     the parameters of every node and the versions of the numeric packages.
@@ -102,7 +102,7 @@ class LoggerNode(Node):
             self._writer.write(entries)
 
     def _log_time_ns(self, arrival: Arrival) -> int:
-        """When a message arrived, by the wall clock or by what was heard before it of the simulated one."""
+        """When a message arrived, by the wall clock, or by the last /clock before it."""
         if not self._simulated:
             return arrival.received_ns
         if arrival.topic == CLOCK_TOPIC:
@@ -111,7 +111,7 @@ class LoggerNode(Node):
         return self._simulated_ns
 
     def _open(self, arrival: Arrival) -> bool:
-        """Begin a topic with its first message, unless it is only heard for the time that it tells."""
+        """Begin a topic with its first message, unless it is read for its time only."""
         if arrival.topic == CLOCK_TOPIC and not self._incoming.is_asked_for(CLOCK_TOPIC):
             return False
         self._opened.add(arrival.topic)

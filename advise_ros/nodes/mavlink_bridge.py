@@ -60,7 +60,7 @@ class MavlinkBridge(ManagedNode):
     `mavlink_bridge/release` (std_srvs/Trigger).
 
     A managed node: to deactivate it in flight makes an ArduPilot stand in GUIDED and a PX4 hold (only take_over
-    leads back from there). While it is inactive it tells what the vehicle says, lands it and disarms it when
+    leads back from there). While it is inactive it publishes the vehicle's state, lands it and disarms it when
     asked, and sends nothing else. Cleaning it up closes the link.
 
     Example: ros2 run advise_ros mavlink_bridge --ros-args -p url:=udpin:127.0.0.1:14550 -p grid_file:=config/grid_6x6.yaml
@@ -127,7 +127,7 @@ class MavlinkBridge(ManagedNode):
         self._companion.resume()
 
     def end(self) -> None:
-        """The vehicle stands (ArduPilot) or holds (PX4); what it says goes on being told."""
+        """The vehicle stands (ArduPilot) or holds (PX4); its state is still published."""
         self._transmit(self._companion.rest(f'{self.get_fully_qualified_name()} is inactive', time.monotonic()))
         self._monitor.clear()
         self._reason = ''

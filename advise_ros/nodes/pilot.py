@@ -184,7 +184,7 @@ class PilotNode(Node):
         self._announce(self._sentence())
 
     def _is_received(self) -> bool:
-        """Whoever records may not have found this sender yet, and would not know of its first moves."""
+        """A recorder that has not matched this publisher yet would miss its first moves."""
         if not self._receivers.missing:
             return True
         now_s = time.monotonic()
@@ -239,7 +239,7 @@ class PilotNode(Node):
         if mission.stage == MissionStage.WAITING and self._vehicle is not None and self._vehicle.waiting_for:
             sentence += f' ({self._vehicle.waiting_for})'
         if flight is not None and self._audible_s is not None and self._receivers.missing:
-            return f'{sentence}, holding until {", ".join(sorted(self._receivers.missing))} hears the commands'
+            return f'{sentence}, holding until {", ".join(sorted(self._receivers.missing))} receives the commands'
         if flight is None or flight.state is None:
             return sentence
         if flight.ending:

@@ -86,7 +86,7 @@ class PolicyNode(ManagedNode):
         self.autostart(wanted=self.config.autostart)
 
     def _forget(self, grid: Grid | None) -> None:
-        """What was heard so far counts no more."""
+        """Forget all that was received so far."""
         self._ready = Readiness(self, self.config, grid)
         self._policies, self._poses = self._ready.policies, self._ready.poses
         self._pose_missing = False
@@ -160,7 +160,7 @@ class PolicyNode(ManagedNode):
         return self._poses.pose.stamp_ns if self._poses.pose else 0
 
     def _end(self, phase: FlightPhase, message: str, *, wanted: bool = False) -> None:
-        """Hold, tell, and let the action's result go out; `wanted`: somebody asked for it."""
+        """Hold, publish the status, and let the action's result go out; `wanted`: somebody asked for it."""
         flying = self._flying
         if flying is None:
             return

@@ -29,7 +29,7 @@ from advise_ros.ros.diagnostics import Diagnostics
 from advise_ros.ros.track import TrackTopic
 
 POLL_S = 0.05
-# A player that is faster than life sends no more than we can hear: it is told as often as this, too.
+# A player faster than real time waits for these counts, so they are also published after this many messages.
 REPORT_S, REPORT_POSES = 1.0, 50
 POLICY_TOPIC = 'policy/status'
 # The track has a point each time the drone has moved by this share of a cell.
@@ -46,11 +46,11 @@ class RecorderNode(Node):
     listens to a MAVLink link instead, with source tlog it reads a log and publishes all its flights.
     Publishes `demonstration` when a flight ends: at the final waypoint, at landing or disarming, or by
     recorder/stop; and `recorder/track`, a marker of where the drone was lately. Without vehicle_status the altitude
-    tells take-off and landing. Flights of the policy are left out unless policy_flights, and so are moves that nobody made: in
-    modes in which the autopilot flies itself, or without a command. A flight whose climb was not heard, because the
+    shows take-off and landing. Flights of the policy are left out unless policy_flights, and so are moves that nobody made: in
+    modes in which the autopilot flies itself, or without a command. A flight whose climb was not received, because the
     recorder began in mid-flight, has a note in its audit. Ids are counted on from those that the learner or another
     publisher has, so a recorder that is started again repeats none. A position that is not a number or in another
-    frame is refused; the audit in each demonstration tells what of its samples was not used.
+    frame is refused; the audit in each demonstration counts the samples that were not used.
 
     Services (std_srvs/Trigger): `recorder/start` and `recorder/stop` begin and end a demonstration by hand
     (split manual: the only way); it ends by itself at the final waypoint. `recorder/discard` drops the one
@@ -213,7 +213,7 @@ class RecorderNode(Node):
             self._diagnostics.set(diagnostics.OK, self._doing(), values)
 
     def _counts(self) -> dict[str, int]:
-        """Messages heard by topic, as the logger tells them."""
+        """Messages received by topic, counted as the logger does."""
         if self.config.source != 'topics':
             return {}
         received = {self.config.pose_source: self._poses, 'cmd_vel': self._commands}

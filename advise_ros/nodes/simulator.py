@@ -96,7 +96,7 @@ class SimulatorNode(Node):
                 link.send(self._autopilot.receive(message, number))
 
     def _forward(self, message: Message, source: SimulatorLink) -> None:
-        """Peers on other links hear each other's heartbeats, as with the real ones, and nothing else."""
+        """Peers on other links receive each other's heartbeats, as with the real ones, and nothing else."""
         if message.get_type() == 'HEARTBEAT':
             for link in self._links:
                 if link is not source:

@@ -19,7 +19,7 @@ from advise_ros.recording.writer import BagWriter
 
 # Part of the longest time unwritten after which the file is flushed: collecting and writing take the rest.
 FLUSH_AT = 0.7
-# Messages that wait for a disk that does not keep up; more are dropped, and told.
+# Messages that wait for a disk that does not keep up; more are dropped, and counted.
 MAX_WAITING_BYTES = 256 * 2**20
 # A disk that answers later than this at the end is given up.
 CLOSE_PATIENCE_S = 30.0
@@ -96,7 +96,7 @@ class BackgroundWriter:
         self._put(partial(self._bag.add_record, name, dict(values)))
 
     def close(self) -> None:
-        """Write what waits and finish the bag; `problem` tells if it could not be."""
+        """Write what waits and finish the bag; `problem` says why it could not be."""
         self._jobs.put(None)
         self._thread.join(CLOSE_PATIENCE_S)
         if self._thread.is_alive():

@@ -77,7 +77,7 @@ def read_bag(
     """The samples of one vehicle in a bag, stamped by their headers.
 
     They are in the order of their log times; in a bag by our logger, which keeps the order of arrival, in that of
-    the file. What is cut off or damaged is left out and told in the notes.
+    the file. What is cut off or damaged is left out and mentioned in the notes.
 
     Args:
         path: a rosbag2 directory or an .mcap file.
@@ -113,7 +113,7 @@ def _resolve(path: str | Path, types: dict[str, str], topics: BagTopics) -> _Top
 
 
 def _status_topic(pose: str, types: dict[str, str], name: str) -> str:
-    """The one named, of any type that tells of the vehicle, or the first of STATES that is beside the positions."""
+    """The topic named, of any type with the vehicle's state, or the first of STATES that is beside the positions."""
     wanted = [(kind, name) for kind in EVENT_OF] if name else STATES
     found = (_beside(pose, of, [topic for topic, msgtype in types.items() if msgtype == kind]) for kind, of in wanted)
     return next(filter(None, found), '')
@@ -163,7 +163,7 @@ class _Stretch:
         self._px4: px4.MessageLayout | None = None
         if channel.type_name in px4.TYPES and not self.problem:
             self._px4 = px4.layout(channel)
-            self.problem = '' if self._px4 else f'the bag does not tell where {channel.type_name} has its stamp and position'
+            self.problem = '' if self._px4 else f'the bag does not say where {channel.type_name} has its stamp and position'
         self.strings = STRINGS.get(channel.type_name, 0)
         self.frames = frozenset((MAP_FRAME,))
         if channel.topic.endswith(tuple(f'/{name}' for name in ARDUPILOT_POSES)):

@@ -13,7 +13,7 @@ MESSAGE = 5
 PREFIX = struct.Struct('<BQ')
 # Record prefix, channel id, sequence, log time, publish time: what lies before a message's bytes.
 CHANNEL_AT, SEQUENCE_AT, LOG_AT, PUBLISH_AT, DATA_AT = 9, 11, 15, 23, 31
-# So many records of one size in a row, and the next ones are guessed to be of that size too.
+# After this many records of one size in a row, the next ones are guessed to be of that size too.
 RUN = 8
 FIRST_GUESS = 64
 

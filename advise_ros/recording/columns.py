@@ -52,7 +52,7 @@ PLAIN_CDR_LITTLE_ENDIAN = 0x0100  # The first two bytes, read as a little-endian
 VECTOR_BYTES = 24
 # Names of frames are short; a longer one is damage.
 LONGEST_NAME = 256
-# Room for one in so many more rows is made when there is none left.
+# When there is no room left, the arrays grow by one row in this many.
 GROWTH = 4
 
 

@@ -1,6 +1,6 @@
 """A dataset: the demonstrations of many recordings in one directory, `dataset.yaml` beside `demonstrations.npz`.
 
-dataset.yaml tells of the grid, the settings, each recording and each that gave nothing, and the sha256 of the npz.
+dataset.yaml has the grid, the settings, each recording, those that gave nothing, and the sha256 of the npz.
 demonstrations.npz holds n demonstrations with m moves in all, without pickle:
 
     ids, sources, notes  (n,) text; notes as a JSON list

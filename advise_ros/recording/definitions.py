@@ -30,9 +30,9 @@ class Definition(NamedTuple):
     """A message type as a bag stores it.
 
     Attributes:
-        type_name: 'pkg/msg/Type', or 'pkg/srv/Type_Event' for what a service tells of its calls.
+        type_name: 'pkg/msg/Type', or 'pkg/srv/Type_Event' for what a service publishes of its calls.
         text: ros2msg: the type's own text, then each type it needs after a line of 80 '='.
-        type_hash: REP-2016 hash, 'RIHS01_...'; '' for what a service tells.
+        type_hash: REP-2016 hash, 'RIHS01_...'; '' for those of a service.
     """
 
     type_name: str

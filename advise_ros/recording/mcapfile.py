@@ -1,4 +1,4 @@
-"""The records of an MCAP file, whole or not: what is damaged or cut off is stepped over and told.
+"""The records of an MCAP file, whole or not: what is damaged or cut off is stepped over and reported.
 
 Only chunks carry a checksum of their own. After a record that cannot be one, the walk goes on at the next
 chunk, index, metadata or end that fits its own length to the byte (and, for a chunk, its checksum).
@@ -128,7 +128,7 @@ class McapFile:
             return end, parse_message(self._bytes[start:end])
         kind = PARSED.get(Opcode(opcode))
         if kind is None:
-            return end, None  # Indexes; what they tell is found by walking.
+            return end, None  # Indexes: reading the records makes them needless.
         found = parse(kind, self._bytes[start:end])
         self.ended = isinstance(found, DataEnd | Footer)
         return end, None if self.ended else found

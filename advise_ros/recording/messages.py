@@ -43,7 +43,7 @@ class Bag:
     """The messages of some types and all metadata records of one bag, read in one pass in the order of the file.
 
     Attributes:
-        path: a rosbag2 directory or an .mcap file; what is damaged or cut off is left out and told.
+        path: a rosbag2 directory or an .mcap file; what is damaged or cut off is left out and mentioned in `notes`.
         topics: topic -> type of every channel.
         codec: knows the wanted types of the bag.
         first_ns, last_ns: log times of all messages; 0 and 0 when there are none.

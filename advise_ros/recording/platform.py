@@ -21,7 +21,7 @@ CPU_INFO = Path('/proc/cpuinfo')
 def describe() -> dict[str, str]:
     """Name -> text: advise_ros, core, python, system, machine, cpu and the numeric packages ('' when missing).
 
-    `core` is a digest of its code without comments: between two releases the version alone does not tell what was run.
+    `core` is a digest of its code without comments: between two releases the version alone does not identify what was run.
     """
     return dict(_described())
 

@@ -25,7 +25,7 @@ TOPICS = ('fmu/out/vehicle_odometry', 'fmu/out/vehicle_local_position', 'fmu/out
 NS_PER_US = 1000
 SIZES = {'bool': 1, 'uint8': 1, 'int8': 1, 'char': 1, 'byte': 1, 'octet': 1, 'uint16': 2, 'int16': 2, 'uint32': 4, 'int32': 4,
          'float32': 4, 'uint64': 8, 'int64': 8, 'float64': 8}
-# Field that tells the frame of a position -> its number of north-east-down; before and since PX4 1.14.
+# Field with the frame of a position -> its number of north-east-down; before and since PX4 1.14.
 NED = {'local_frame': 0, 'pose_frame': 1}
 VALID = ('xy_valid', 'z_valid')
 

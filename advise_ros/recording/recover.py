@@ -37,9 +37,9 @@ class Salvage:
             print(salvage.losses())
 
     Attributes:
-        file: the file; its `damages` tell what was stepped over so far.
+        file: the file; its `damages` list what was stepped over so far.
         finished: the recording was ended properly (its chunks may be damaged all the same).
-        orphans: channel id -> messages that were dropped because nothing tells their topic or type.
+        orphans: channel id -> messages that were dropped because their channel or schema was lost.
     """
 
     def __init__(self, path: str | Path) -> None:

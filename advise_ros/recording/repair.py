@@ -16,7 +16,7 @@ from advise_ros.recording import metadata
 from advise_ros.recording.mcapwriter import McapWriter
 from advise_ros.recording.recover import Record, Salvage
 
-# The record in which rosbag2 repeats metadata.yaml; it would not tell of the new bag.
+# The record in which rosbag2 repeats metadata.yaml; it would not fit the new bag.
 ROSBAG2_RECORD = 'rosbag2'
 
 
@@ -24,8 +24,8 @@ class Recovered(NamedTuple):
     """What became of a bag.
 
     Attributes:
-        target: the whole bag or file that was written; None when there was nothing to mend.
-        n_messages: that it holds; 0 when there was nothing to mend.
+        target: the whole bag or file that was written; None when nothing was wrong.
+        n_messages: that it holds; 0 when nothing was wrong.
         losses: one sentence for each file that something was lost of, after the file's name.
     """
 

@@ -1,4 +1,4 @@
-"""A session whose accepted answers are on the disk before anybody hears of them."""
+"""A session whose accepted answers are on the disk before the service replies."""
 
 from __future__ import annotations
 

@@ -40,7 +40,7 @@ def _advise(message: Any) -> VehicleEvent:
 
 
 def _mavros(message: Any) -> VehicleEvent:
-    """It does not tell whether the vehicle is in the air; LOITER is ArduPilot's, PX4's is AUTO.LOITER."""
+    """MAVROS does not say whether the vehicle is in the air; LOITER is ArduPilot's, PX4's is AUTO.LOITER."""
     return VehicleEvent(
         stamp_ns(message), bool(message.armed), None, str(message.mode), connected=bool(message.connected),
     )

@@ -1,6 +1,6 @@
 """Bags on the disk, by anyone's hand and in any state, as blocks of messages.
 
-MCAP files are read as far as they are whole: what is cut off or damaged is stepped over and told. sqlite3 and what
+MCAP files are read as far as they are whole: what is cut off or damaged is stepped over and noted. sqlite3 and what
 rosbag2 compressed as a whole go through rosbags.
 """
 
@@ -25,7 +25,7 @@ from advise_ros.recording.recover import Salvage
 METADATA_FILE = 'metadata.yaml'
 # Start of the library name in the files of writer.py.
 LIBRARY = 'advise_ros'
-# Messages that come one by one are put together to so many.
+# Messages that come singly are put together to blocks of this many.
 BATCH = 4096
 # By libyaml where PyYAML has it: bags with many topics have much metadata, and Python takes twenty times as long.
 LOADER = getattr(yaml, 'CSafeLoader', yaml.SafeLoader)
@@ -60,7 +60,7 @@ class Source(Protocol):
     numbered: bool
 
     def blocks(self, progress: ProgressCallback | None = None) -> Iterator[Block]:
-        """All messages; `progress` is told what is done and what there is in all.
+        """All messages; `progress` is called with what is done and what there is in all.
 
         Raises:
             LogError: the bag cannot be read.
@@ -71,7 +71,7 @@ def open_source(path: str | Path) -> Source:
     """The bag at a path: a rosbag2 directory or an .mcap file.
 
     Raises:
-        LogError: there is no bag, or nothing tells what it holds.
+        LogError: there is no bag, or it has neither metadata.yaml nor .mcap files.
     """
     bag = Path(path)
     if not bag.exists():
@@ -104,7 +104,7 @@ def _listed(files: list[Path]) -> str:
 
 
 def _described(bag: Path, inside: list[Path]) -> Source:
-    """The bag that metadata.yaml tells of."""
+    """The bag that metadata.yaml describes."""
     text = (bag / METADATA_FILE).read_text(encoding='utf-8')
     values = yaml.load(text, Loader=LOADER)['rosbag2_bagfile_information']  # noqa: S506  a safe loader
     if str(values['storage_identifier']) != 'mcap' or values.get('compression_mode'):
@@ -115,7 +115,7 @@ def _described(bag: Path, inside: list[Path]) -> Source:
     for file in inside:
         if file in files:
             continue
-        if file.stem.rsplit('_', 1)[0] == bag.name:  # The recording ended before metadata.yaml told of it.
+        if file.stem.rsplit('_', 1)[0] == bag.name:  # The recording ended before metadata.yaml named it.
             files.append(file)
         else:
             notes.append(f'{file.name} is not in {METADATA_FILE} and was left out')
@@ -149,7 +149,7 @@ class McapSource:
             why = '; '.join(self.notes).replace(REST_WAS_READ, '') or 'no messages'
             raise LogError(f'{self._path} holds nothing whole ({why}); name another recording')
         if self._n_expected is not None and self._n_expected != self._count and self._finished:
-            self.notes.append(f'{METADATA_FILE} tells of {self._n_expected} messages, its files hold {self._count}')
+            self.notes.append(f'{METADATA_FILE} counts {self._n_expected} messages, its files hold {self._count}')
 
     def _of_file(self, salvage: Salvage, progress: ProgressCallback | None) -> Iterator[Block]:
         channels = _Channels(self.topics)
@@ -185,7 +185,7 @@ class McapSource:
             self.numbered = self.numbered or piece.library.startswith(LIBRARY)
 
     def _known(self, block: Block, salvage: Salvage) -> Block:
-        """Count; messages whose topic nothing tells are told of at the end and belong to no channel."""
+        """Count. Messages without a channel definition belong to no channel and are reported at the end."""
         self._count += len(block.starts)
         for channel_id in {*block.channel_ids.tolist()} - block.channels.keys():
             salvage.orphans[channel_id] += len(block.where(channel_id))

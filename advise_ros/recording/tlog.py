@@ -231,7 +231,7 @@ def _arrays(rows: list[tuple[int, Vector]]) -> tuple[Any, Any]:
 
 
 def _events(own: list[tuple[int, Logged]]) -> tuple[tuple[VehicleEvent, ...], list[int]]:
-    """Changes of armed, in-air and mode, and the rows at which they are; none where the log tells none of them.
+    """Changes of armed, in-air and mode, and the rows at which they are; none where the log holds none of them.
 
     Without heartbeats of the vehicle in the log, being in the air has to mean armed.
     """
@@ -252,7 +252,7 @@ def _events(own: list[tuple[int, Logged]]) -> tuple[tuple[VehicleEvent, ...], li
 
 
 def after_heartbeat(state: VehicleEvent, message: Message) -> VehicleEvent:
-    """What a HEARTBEAT of the autopilot tells; modes of other autopilots than the two have no name."""
+    """The state in a HEARTBEAT of the autopilot; modes of other autopilots than the two have no name."""
     machine = MACHINES.get(message.autopilot)
     number = int(message.custom_mode)
     return state._replace(

@@ -39,7 +39,7 @@ def check(
         bag: by `logger`.
         namespace: of the session; None where the bag holds one only.
         grid_file: the grid that the session must be on; None takes the bag's.
-        overrides: what is to be otherwise; then the report tells what would have changed.
+        overrides: what is to be otherwise; then the report shows what would have changed.
 
     Raises:
         InputError: the bag cannot be read, holds no session, its session is on another grid, or the overrides make no grid.
@@ -59,7 +59,7 @@ def _check_overrides(session: RecordedSession) -> None:
     for recorded in session.on('demonstration'):
         try:
             flown = convert.grid_from_msg(recorded.value.grid)
-        except InputError:  # The stages will tell of it.
+        except InputError:  # The stages will report it.
             continue
         session.grid(flown)
 

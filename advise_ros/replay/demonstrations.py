@@ -113,12 +113,12 @@ def _rebuilt(session: RecordedSession, config: RecorderConfig, value: Any) -> De
         published.demonstration_id,
         end_reason,
     )
-    # What the recorder did not hear, the bag may hold.
+    # The bag may hold what the recorder did not receive.
     return with_missed_climb(found) if CLIMB_MISSED in published.audit.notes else found
 
 
 def _windows(session: RecordedSession, config: RecorderConfig, flown: list[RecordedMessage]) -> Stage:
-    """Each demonstration must be one of the flights that the vehicle's state and altitude tell of."""
+    """Each demonstration must be one of the flights that the vehicle's state and altitude show."""
     stage = Stage('flight windows')
     try:
         grid = convert.grid_from_msg(flown[0].value.grid)
@@ -185,7 +185,7 @@ def commands_missed(session: RecordedSession, demonstrations: Sequence[RecordedM
         if at_ns and abs(received - held) > ON_THEIR_WAY:
             counts = f'the recorder had counted {received} commands and the bag holds {held}'
             late = 'recorder' if received < held else 'logger'
-            why = f'the {late} did not hear them all, perhaps because it found their sender late'
+            why = f'the {late} did not receive them all, perhaps because it found their sender late'
             return [f'by the end of {one.value.demonstration_id} {counts}: {why}']
     return []
 

@@ -15,7 +15,7 @@ SILENCE_NS = 2 * NS
 
 
 class RecordedFlight(NamedTuple):
-    """One flight of a policy as the bag tells of it.
+    """One flight of a policy as the bag holds it.
 
     Attributes:
         statuses: from its beginning to its end, in order.
@@ -99,7 +99,7 @@ def _until_silence(commands: tuple[RecordedMessage, ...], last: RecordedMessage)
 
 
 def _lacks(session: RecordedSession, statuses: tuple[RecordedMessage, ...], commands: tuple[RecordedMessage, ...]) -> str:
-    """A flight that was under way before the first pose of the bag began somewhere that nothing tells of."""
+    """A flight that was under way before the first pose of the bag began at an unknown position."""
     begin_ns, first = session.first_pose_ns, statuses[0]
     if begin_ns is None or first.stamp_ns >= begin_ns:
         return ''

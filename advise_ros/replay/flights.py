@@ -18,7 +18,7 @@ from advise_ros.replay.stage import Comparison, Stage
 from advise_ros.ros import convert
 from advise_ros.ros.flying import velocity_command
 
-# A flight is ended from outside: the poses do not tell.
+# Ends that are commanded from outside and do not follow from the poses.
 FROM_OUTSIDE = (FlightPhase.CANCELED, FlightPhase.STOPPED)
 
 

@@ -34,7 +34,7 @@ TAIL_NS = 1_000_000_000
 
 
 class Episode(NamedTuple):
-    """One policy as the bag tells of it.
+    """One policy as the bag holds it.
 
     Attributes:
         policy: the message.
@@ -100,7 +100,7 @@ def learnt_last(session: RecordedSession) -> tuple[Learned, SitePrior]:
 
 
 def episodes(session: RecordedSession) -> list[Episode]:
-    """The policies of a bag, each with what the learner had been told before it."""
+    """The policies of a bag, each with the answers that came before it."""
     found: list[Episode] = []
     log: list[AdviceRecord] = []
     counted = _Counted()
@@ -154,7 +154,7 @@ class _LearnerRun:
             if _is_it(comparison, other, episode):
                 number = int(episode.policy.value.version)
                 self.notes.append(
-                    f'the learner of policy {number} at {at(episode.policy.stamp_ns)} had heard nothing before demonstration '
+                    f'the learner of policy {number} at {at(episode.policy.stamp_ns)} had received nothing before demonstration '
                     f'{first + 1} of the bag: it and a recorder had been started again'
                 )
                 self.demonstrations = later
@@ -198,12 +198,12 @@ def _elsewhere(session: RecordedSession, episode: Episode) -> bool:
     try:
         flown = convert.grid_from_msg(episode.policy.value.grid)
         return session.grid(flown) != flown
-    except InputError:  # Told where the policy is learnt again.
+    except InputError:  # Reported where the policy is learnt again.
         return False
 
 
 class _Counted:
-    """The learner's counters; 0 where the bag began in the middle and does not tell."""
+    """The learner's counters; 0 where the bag began in the middle and does not hold them."""
 
     def __init__(self) -> None:
         self._version = 0
@@ -246,7 +246,7 @@ def _note(log: list[AdviceRecord], value: Any) -> None:
 
 
 def _demonstrations(session: RecordedSession, comparison: Comparison) -> tuple[Demonstration | None, ...]:
-    """Demonstrations in order of arrival; as the learner does, what was heard before is not taken twice.
+    """Demonstrations in order of arrival; as in the learner, none is taken twice.
 
     Those of the bag, for what they became is compared by itself; where a parameter was changed, those rebuilt.
     """

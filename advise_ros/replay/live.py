@@ -43,8 +43,8 @@ START_PATIENCE_S, LEARN_PATIENCE_S, PATIENCE_S, COMMAND_PATIENCE_S = 300.0, 300.
 # A node that is short of processor time answers late; one that has once not answered at all is not waited for so long again.
 COMMAND_TRIES, COMMAND_TRIES_AFTER = 40, 2
 GOAL_TRIES = 10
-# So many positions may be on their way, with clock and commands beside them: less than a socket holds (200 KiB, a
-# KiB a message), and as many as the recorder hears before it says so.
+# At most this many positions may be on their way, with clock and commands beside them: less than a socket holds (200 KiB, a
+# KiB a message), and as many as the recorder receives before it reports them.
 MOST_MISSING = 50
 
 
@@ -59,7 +59,7 @@ class Live:
 
     Raises:
         InputError: the session cannot be lived through again.
-        AdviseError: a node ended, or did not do in time what the bag tells that it did.
+        AdviseError: a node ended, or did not do in time what it did in the bag.
     """
 
     def __init__(self, session: RecordedSession, *, speed: float, domain: int) -> None:
@@ -104,7 +104,7 @@ class Live:
 
     # -- the performance ---------------------------------------------------------------------
     def play(self) -> None:
-        """Go through the score; the clock stands until every node hears what is sent."""
+        """Play all steps; the clock stands until every node receives what is sent."""
         self._nodes.start()
         if not self.score.steps:
             return
@@ -127,7 +127,7 @@ class Live:
             self._clock.publish(Clock(clock=convert.stamp_from_ns(stamp_ns)))
 
     def _wait_for_matches(self) -> None:
-        """Until the nodes' readers are matched, and the recorder says that it heard a position."""
+        """Until the nodes' readers are matched, and the recorder reports that it received a position."""
         for topic, publisher in self._publishers.items():
             matched = lambda publisher=publisher: is_matched(self._client.node, publisher, self._nodes.names) or None  # noqa: E731
             self._client.wait(f'the nodes to listen to {topic}', matched, START_PATIENCE_S)
@@ -152,7 +152,7 @@ class Live:
         for progress in self._progress.values():
             progress.mark()
         for topic, progress in self._progress.items():
-            self._in_time(f'the recorder to have heard all of {topic}', progress.reached, PATIENCE_S)
+            self._in_time(f'the recorder to receive all of {topic}', progress.reached, PATIENCE_S)
             self.lost = max(self.lost, progress.missing)
 
     # -- steps -------------------------------------------------------------------------------
@@ -219,7 +219,7 @@ class Live:
         self._in_time(f'demonstration {wanted}', there, PATIENCE_S)
 
     def _stop(self) -> None:
-        """When the recorder has heard all that it had heard then."""
+        """Call recorder/stop once the recorder has received all that it had then."""
         self._await_recorder()
         self._client.trigger('recorder/stop')
 

@@ -22,14 +22,14 @@ OF_POSITIONS = frozenset({'recorder', 'policy'})
 
 
 def is_matched(node: Node, publisher: Publisher, names: frozenset[str]) -> bool:
-    """Whether each of these nodes that is to hear a topic is there, and every reader of it is matched with its publisher."""
+    """Whether each of these nodes that reads the topic is there, and every reader of it is matched with its publisher."""
     wanted = READERS.get(publisher.topic_name.rsplit('/', 1)[-1], OF_POSITIONS) & names
     readers = node.get_subscriptions_info_by_topic(publisher.topic_name)
     return wanted <= {one.node_name for one in readers} and publisher.get_subscription_count() >= len(readers)
 
 
 class RecorderProgress:
-    """Of the recorder, for positions or commands. Nothing but its own word tells that it heard them.
+    """Which positions or commands the recorder has received, by its own report: nothing else shows it.
 
     A mark is a message in a frame that is nowhere: the recorder refuses it and says so, and what was sent before it on
     the same topic it has had by then, or, where that is best effort, never will.
@@ -51,7 +51,7 @@ class RecorderProgress:
 
     @property
     def missing(self) -> int:
-        """Messages that the recorder has not told of yet; those that were lost count, too."""
+        """Messages that the recorder has not reported yet, lost ones included."""
         return self._sent + self._before - self._count()
 
     def reset(self) -> None:
@@ -64,7 +64,7 @@ class RecorderProgress:
         self._send_mark()
 
     def reached(self) -> bool:
-        """Whether the recorder has told of the last mark; it is sent again now and then."""
+        """Whether the recorder has reported the last mark; it is sent again every MARK_S."""
         if time.monotonic() - self._marked_s > MARK_S:
             self._send_mark()
         health = self._client.health.get('recorder')

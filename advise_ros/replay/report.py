@@ -92,7 +92,7 @@ class ReplayReport:
         theirs, ours = (str(made.get('core', ''))[:8] for made in (self.session.made_on, platform.describe()))
         return (
             f', or another version decides otherwise: the bag was made by core {theirs or "unknown"}, this is core {ours}; '
-            'replay it by that version to tell the two apart'
+            'replay it by that version to see which of the two it is'
         )
 
     @property
@@ -115,7 +115,7 @@ class ReplayReport:
 
 def _why_not(made_on: Any) -> str:
     if not made_on:
-        return 'the bag does not tell where it was made'
+        return 'the bag does not say where it was made'
     return 'the bag was made by other package versions or on another kind of machine'
 
 

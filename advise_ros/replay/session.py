@@ -62,7 +62,7 @@ REMOVED: Mapping[str, Mapping[str, Any]] = {
 
 
 class NodeParameters(NamedTuple):
-    """What a node was started with; `read_at_ns` by the logger's clock, 0 where the bag does not tell."""
+    """What a node was started with; `read_at_ns` by the logger's clock, 0 where the bag does not say."""
 
     values: Mapping[str, Any]
     read_at_ns: int

@@ -15,7 +15,7 @@ LONGEST_S = 30.0
 
 
 class ArrivalWatch:
-    """Tells how much longer a message was under way than others of its topic were lately.
+    """Measures how much longer a message was under way than others of its topic were lately.
 
     The publisher's clock and ours may differ by any amount; a clock that is set by less than LONGEST_S makes
     messages look late for up to two windows.
@@ -26,7 +26,7 @@ class ArrivalWatch:
         self._shortest_s = self._before_s = math.inf
 
     def waited_s(self, info: Mapping[str, int]) -> float:
-        """Seconds that it waited; 0 where the middleware does not tell.
+        """Seconds that it waited; 0 where the middleware does not say.
 
         Args:
             info: what rclpy hands to a callback beside the message.

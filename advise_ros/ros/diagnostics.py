@@ -60,7 +60,7 @@ class Diagnostics:
             self.publish()
 
     def meter(self, *names: str) -> None:
-        """Tell rate and age of these from now on."""
+        """Report rate and age of these topics from now on."""
         self._meters.update({name: Meter(time.monotonic()) for name in names})
 
     def tick(self, name: str) -> None:

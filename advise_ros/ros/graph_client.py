@@ -135,7 +135,7 @@ class GraphClient:
         rclpy.try_shutdown()
 
     def forget_session(self) -> None:
-        """Drop what was heard of a learner that is gone, before another one starts."""
+        """Forget the messages of a learner that is gone, before another one starts."""
         self.learner = self.query = None
         self.policies, self.queries, self.advice, self.demonstrations = {}, {}, [], {}
 
@@ -212,7 +212,7 @@ class GraphClient:
         self.wait('the landing', lambda: self.vehicle and not self.vehicle.armed, timeout_s)
 
     def fly(self, start_cell: int, timeout_s: float) -> Fly.Result:
-        """Fly the newest policy heard of once.
+        """Fly the newest policy once.
 
         Raises:
             AdviseError: the goal was refused.
@@ -222,7 +222,7 @@ class GraphClient:
         goal = Fly.Goal(step_budget=0, start_cell=start_cell, policy_version=max(self.policies, default=0))
         end = self._clock() + ACCEPT_PATIENCE_S
         while (handle := self._send(goal)) is None or not handle.accepted:
-            if self._clock() < end:  # A node that has just started may not have heard the policy yet.
+            if self._clock() < end:  # A node that has just started may not have received the policy yet.
                 continue
             if handle is None:
                 raise GraphTimeoutError(NO_REPLY)

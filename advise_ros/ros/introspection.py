@@ -1,4 +1,4 @@
-"""Services that tell of their calls: requests and responses as messages on `<service>/_service_event`."""
+"""Services that publish their calls: requests and responses as messages on `<service>/_service_event`."""
 
 from __future__ import annotations
 

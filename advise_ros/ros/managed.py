@@ -28,8 +28,8 @@ LEAVE_S = 0.5
 class ManagedNode(LifecycleNode):
     """A node that takes part in the graph in every state, and acts on the vehicle while it is active only.
 
-    Publishers and services live as long as the node, so that whoever asks is told the state. What a subclass
-    hears (`listen`) and which sockets it holds begins in `open_up` and ends in `close_down`; `begin` and `end` are
+    Publishers and services live as long as the node, so that the state can be asked for at any time. What a subclass
+    subscribes to (`listen`) and which sockets it holds begins in `open_up` and ends in `close_down`; `begin` and `end` are
     its activation. /diagnostics goes on in every state.
 
     Attributes:
@@ -46,7 +46,7 @@ class ManagedNode(LifecycleNode):
 
     # -- for subclasses ----------------------------------------------------------------------
     def open_up(self) -> None:
-        """Read files, claim sockets, subscribe; raises AdviseError for what the user can mend."""
+        """Read files, claim sockets, subscribe; raises AdviseError for what the user can put right."""
 
     def begin(self) -> None:
         """Act on the vehicle from now on."""
@@ -130,7 +130,7 @@ class ManagedNode(LifecycleNode):
         self.close_down()
 
     def _go(self, to: str, step: Callable[[], None], undo: Callable[[], None] | None = None) -> TransitionCallbackReturn:
-        """Carry out a step; what the user can mend leaves the state as it was, and is said."""
+        """Carry out a step; an AdviseError leaves the state as it was, and is logged."""
         try:
             step()
         except AdviseError as problem:

@@ -17,7 +17,7 @@ from advise_ros.ros.convert import stamp_from_ns
 if TYPE_CHECKING:  # The recorder draws the track, and needs no learner.
     from advise_ros.core.learning.learner import Learned
 
-# One colour a layer (the next waypoint), repeated when there are more; a palette that colour-blind people tell apart.
+# One colour a layer (the next waypoint), repeated when there are more; a palette that colour-blind people can distinguish.
 LAYER_COLOURS = ((0.90, 0.62, 0.0), (0.34, 0.71, 0.91), (0.0, 0.62, 0.45), (0.80, 0.47, 0.65), (0.94, 0.89, 0.26))
 WHITE = (1.0, 1.0, 1.0)
 GREY = (0.35, 0.35, 0.35)

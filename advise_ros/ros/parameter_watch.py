@@ -22,7 +22,7 @@ OnParameters = Callable[[str, dict[str, Any]], None]
 class ParameterWatch:
     """Asks each node once for all its parameters; one that was started again is asked again.
 
-    A node is told from another of the same name by its publisher of parameter events, which rclpy and rclcpp give
+    Nodes of the same name are distinguished by their publisher of parameter events, which rclpy and rclcpp give
     every node: who was killed stays in the graph for a while, and who is started again may come before it is gone.
 
     Call `refresh` now and then; answers arrive through the executor.

@@ -1,4 +1,4 @@
-"""A ROS domain in which nobody else is, for graphs that must hear nothing but themselves."""
+"""A ROS domain that nobody else uses, for graphs that must be alone."""
 
 from __future__ import annotations
 

@@ -79,7 +79,7 @@ class Readiness:
     Attributes:
         policies: the newest one.
         poses: the pose.
-        vehicle: None where no bridge tells of it.
+        vehicle: None where no bridge publishes it.
     """
 
     def __init__(self, node: Node, config: PolicyConfig, grid: Grid | None) -> None:

@@ -1,4 +1,4 @@
-"""Who hears a topic, by what nodes say on /diagnostics.
+"""Which nodes receive a topic, by the counts in their /diagnostics.
 
 What is sent before a reader has matched is lost on it, on reliable topics too, and two readers of a topic may match
 seconds apart on a busy machine. A matched writer knows its own side only; that a reader counts messages is evidence.
@@ -18,7 +18,7 @@ def counted(status: DiagnosticStatus, topic: str) -> int:
 
 
 class Receivers:
-    """Nodes that are to hear what we send on a topic: each has to count messages that came after our first one.
+    """Nodes that must receive what we send on a topic: each has to count messages that came after our first one.
 
     Attributes:
         missing: full names of those that have not.

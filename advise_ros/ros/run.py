@@ -40,7 +40,7 @@ def run_node(node_class: type[Node], config_class: type[Any], argv: Sequence[str
     """Run one node in its own SingleThreadedExecutor until SIGINT, SIGTERM or its own shutdown.
 
     The node class takes no argument, reads its config with `parameters.load`, raises AdviseError for
-    what the user can mend, and may have an `exit_code` attribute and a `close()` method (called once
+    what the user can put right, and may have an `exit_code` attribute and a `close()` method (called once
     after spinning; the ROS context may be gone by then). A node ends itself by `rclpy.try_shutdown()`.
 
     Returns:

@@ -23,7 +23,7 @@ class SimulatedClock:
             return ''
         now_ns = self._clock.now().nanoseconds
         if now_ns <= 0:
-            return 'use_sim_time is set, but nothing is heard on /clock'
+            return 'use_sim_time is set, but nothing arrives on /clock'
         if now_ns != self._seen[0]:
             self._seen = now_ns, now_s
         stood_s = now_s - self._seen[1]

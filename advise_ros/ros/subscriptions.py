@@ -67,7 +67,7 @@ class _Entry(NamedTuple):
 
 
 def message_class(type_name: str) -> type[Any]:
-    """The class of 'pkg/msg/Type', or of 'pkg/srv/Type_Event': what a service tells of its calls.
+    """The class of 'pkg/msg/Type', or of 'pkg/srv/Type_Event': what a service publishes of its calls.
 
     Raises:
         ImportError, AttributeError, ValueError: the package is not installed or lacks the type.
@@ -105,7 +105,7 @@ class RawSubscriptions:
     weaker profile or another type would not match. Call `take` often: queues are finite.
 
     Attributes:
-        problems: topic -> why it is not heard, one sentence.
+        problems: topic -> why it is not subscribed to, one sentence.
     """
 
     def __init__(

@@ -27,5 +27,5 @@ RECORDED: dict[str, tuple[str, QoSProfile]] = {
     '/diagnostics': ('diagnostic_msgs/msg/DiagnosticArray', qos.COMMAND_DEEP),
 }
 
-# What the session's services tell of their calls, once someone has turned that on (parameter service_introspection).
+# What the session's services publish of their calls, once someone has turned that on (parameter service_introspection).
 RECORDED_PATTERNS = tuple(f'{service}/*/_service_event' for service in ('advise', 'recorder', 'policy', 'mavlink_bridge'))

@@ -19,7 +19,7 @@ class TrackTopic:
     """Publishes the latest `POINTS` points of the track, latched, so that it neither grows nor costs without bound.
 
     Args:
-        node: that hears the poses.
+        node: that receives the poses.
         step_m: two points are at least so far apart.
     """
 
@@ -36,7 +36,7 @@ class TrackTopic:
             self._is_new = True
 
     def publish(self) -> None:
-        """Tell the track if it has grown."""
+        """Publish the track if it has grown."""
         if self._is_new and len(self._points) > 1:
             self._is_new = False
             points = [Point(x=x, y=y, z=z) for x, y, z in self._points]

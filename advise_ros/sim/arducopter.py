@@ -49,7 +49,7 @@ class ArduCopter(Autopilot):
             self._mode(action)
 
     def _mode(self, number: int) -> tuple[int, list[Message]]:
-        """A new mode is told at once, by a heartbeat out of turn; PX4 waits for the next one."""
+        """A new mode is reported at once, by a heartbeat out of turn; PX4 waits for the next one."""
         before = self.vehicle.mode
         result = super()._mode(number)
         if self.vehicle.mode is not before:

@@ -244,5 +244,5 @@ def integer(value: float) -> int | None:
 
 
 def ack(number: int, result: int, message: Message) -> Message:
-    """COMMAND_ACK to whoever sent the message."""
+    """COMMAND_ACK to the sender of the message."""
     return mavlink.MAVLink_command_ack_message(number, result, 0, 0, message.get_srcSystem(), message.get_srcComponent())

@@ -81,7 +81,7 @@ class SimulatedFlight:
         self._taken.append(self._setpoint)
 
     def shown(self, now_s: float) -> Setpoint | None:
-        """The setpoint that POSITION_TARGET_LOCAL_NED shows: what was taken a moment ago, whoever sent it."""
+        """The setpoint that POSITION_TARGET_LOCAL_NED shows: what was taken a moment ago, of any sender."""
         return next((setpoint for setpoint, taken_s in reversed(self._taken) if now_s - taken_s >= SHOWN_AFTER_S), None)
 
     @property

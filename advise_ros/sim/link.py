@@ -86,7 +86,7 @@ def open_port(endpoint: str, verifier: Verifier | None = None, parameter: str = 
 
 
 class UdpSender:
-    """Sends to a fixed address, like SITL to a companion, and hears what comes back."""
+    """Sends to a fixed address, like SITL to a companion, and receives what comes back."""
 
     def __init__(self, address: Address, verifier: Verifier | None = None) -> None:
         self._peer: Address | None = address
@@ -121,7 +121,7 @@ class UdpSender:
 
 
 class UdpListener(UdpSender):
-    """Listens; answers go to whoever sent the last valid frame."""
+    """Listens; answers go to the sender of the last valid frame."""
 
     def __init__(self, address: Address, verifier: Verifier | None = None) -> None:
         super().__init__(address, verifier)
@@ -137,7 +137,7 @@ class UdpListener(UdpSender):
 
 
 class TcpListener:
-    """Listens for one client; as with SITL, a second one may connect but hears nothing until the first has gone."""
+    """Listens for one client; as with SITL, a second one may connect but gets nothing until the first has gone."""
 
     def __init__(self, address: Address, verifier: Verifier | None = None) -> None:
         self._listener = socket.socket(socket.AF_INET, socket.SOCK_STREAM)

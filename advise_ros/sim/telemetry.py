@@ -122,7 +122,7 @@ def system_time(vehicle: SimulatedVehicle) -> Message:
 
 
 def position_target(vehicle: SimulatedVehicle) -> Message | None:
-    """The setpoint that is being flown, whoever sent it; only in the mode that takes setpoints."""
+    """The setpoint that is being flown, of any sender; only in the mode that takes setpoints."""
     if vehicle.mode.name not in ('GUIDED', 'OFFBOARD'):
         return None
     setpoint = vehicle.flight.shown(vehicle.now_s) or Setpoint(velocity_enu_m_s=(0.0, 0.0, 0.0))

@@ -180,7 +180,7 @@ def test_a_learner_and_a_recorder_that_were_started_again(bag: SessionBag, tmp_p
     code, stages, notes = verdict(bag, tmp_path)
     assert code == 0, stages
     assert stages['policies']['checked'] == 6
-    assert any('had heard nothing before demonstration 3 of the bag' in note for note in notes)
+    assert any('had received nothing before demonstration 3 of the bag' in note for note in notes)
 
 
 def test_a_learner_that_was_started_again_hears_a_living_recorder_whole(bag: SessionBag, tmp_path: Path) -> None:

@@ -13,7 +13,7 @@ from support.session_bag import session_bag
 
 
 @pytest.mark.parametrize(('share', 'said'), [
-    (0.5, 'the recorder did not hear them all'), (1.0, ''), (2.0, 'the logger did not hear them all'),
+    (0.5, 'the recorder did not receive them all'), (1.0, ''), (2.0, 'the logger did not receive them all'),
 ])
 def test_it_is_told_which_of_them_heard_less(share: float, said: str, tmp_path: Path) -> None:
     bag = session_bag()

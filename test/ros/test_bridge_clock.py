@@ -69,5 +69,5 @@ def test_a_take_off_without_the_clock_that_was_asked_for_is_refused(graph: Graph
         graph.wait_for('vehicle_status', VehicleStatus, lambda s: s.connected, qos=qos.latched())
         reply = graph.call(Trigger, 'mavlink_bridge/takeoff')
         assert not reply.success
-        assert reply.message.startswith('take-off refused: use_sim_time is set, but nothing is heard on /clock; start what')
+        assert reply.message.startswith('take-off refused: use_sim_time is set, but nothing arrives on /clock; start what')
         assert not copter.armed

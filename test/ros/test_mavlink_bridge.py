@@ -141,7 +141,7 @@ def test_the_fence_holds_what_is_refused_is_zero_and_its_end_stops_the_vehicle(g
 
 def test_an_autopilot_that_is_not_ready_is_told_in_its_words(graph: Graph, free_udp_port: int) -> None:
     start(graph, free_udp_port, ready_timeout_s=1.0)
-    assert wait_status(graph, lambda s: True).waiting_for == 'heartbeat: no autopilot has been heard'
+    assert wait_status(graph, lambda s: True).waiting_for == 'heartbeat: no autopilot has answered'
     assert not graph.call(Trigger, 'mavlink_bridge/takeoff').success
     with UdpPeer(ScriptedCopter(ready=False, refuse={mav.CMD_ARM: REFUSAL}), free_udp_port) as peer:
         wait_status(graph, lambda s: s.waiting_for == 'EKF position, pre-arm check')
@@ -206,7 +206,7 @@ def test_simulated_time_without_a_clock_is_waited_for_in_words(graph: Graph, fre
     clock = graph.publisher('/clock', Clock, qos.COMMAND)
     with UdpPeer(ScriptedCopter(), free_udp_port):
         status = wait_status(graph, lambda s: s.connected)
-        assert status.waiting_for == 'a clock: use_sim_time is set, but nothing is heard on /clock'
+        assert status.waiting_for == 'a clock: use_sim_time is set, but nothing arrives on /clock'
         poses = graph.listen('pose', PoseStamped, qos.SENSOR_DEEP)
 
         def stamped() -> bool:

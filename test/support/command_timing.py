@@ -46,7 +46,7 @@ class Timing(NamedTuple):
 
 
 class Source:
-    """Publishes poses of a vehicle that hovers at the start, and hears the commands made from them."""
+    """Publishes poses of a vehicle that hovers at the start, and receives the commands made from them."""
 
     def __init__(self, graph: Graph, rate_hz: float) -> None:
         self.sent: dict[int, float] = {}

@@ -20,7 +20,7 @@ COAST_NS = 3 * NS
 # The direction flown counts as commanded when the commands made for it at least this share of the way that they made
 # for the direction they wanted most.
 SUPPORT_SHARE = 0.25
-# Less commanded than this share of a cell's way tells nothing against the motion.
+# A command that moved it less than this share of a cell is no evidence against the motion.
 LEAST_SHARE = 0.25
 
 Stamps = npt.NDArray[np.int64]
@@ -32,7 +32,7 @@ class ActionVerdict(Enum):
     """How an action was decided."""
 
     AGREED = 'the command and the motion agree'
-    BY_MOTION = 'no command tells: the motion decides'
+    BY_MOTION = 'no command is clear enough: the motion decides'
     ASTRAY = 'the vehicle went elsewhere than commanded all the way: the command is the action'
     DRIFTED = 'nothing was commanded: nobody made this move'
     ITSELF = 'the autopilot made this move by itself'

@@ -97,7 +97,7 @@ def standing(demonstrations: tuple[Demonstration, ...]) -> tuple[Demonstration, 
 
 
 def known(new: Demonstration, demonstrations: Iterable[Demonstration]) -> bool:
-    """Whether it was heard before, to the last stamp: its publisher has come back, or it is one's own."""
+    """Whether the same demonstration, to the last stamp, was received before: its publisher came back, or it is our own."""
     return any(_sameness(new) == _sameness(old) for old in demonstrations)
 
 
@@ -152,7 +152,7 @@ TAKEN_BACK = 'taken back: discarded after it was published'
 
 
 def with_missed_climb(found: Demonstration) -> Demonstration:
-    """The demonstration with a note that its climb was not heard."""
+    """The demonstration with a note in its audit that its climb was not received."""
     return replace(found, audit=replace(found.audit, notes=(CLIMB_MISSED, *found.audit.notes)))
 
 

@@ -59,8 +59,8 @@ def discretise(
     makes no move; how long it lasted is in the stamps.
 
     The action of a move is the direction flown, or the one commanded all the way where the vehicle was pushed elsewhere
-    (see action_rule.py; told in the audit). Moves that nobody made, in a mode in which the autopilot flies itself or
-    without a command, are left out and told. A command that was held towards the edge of the grid for a whole cell's way
+    (see action_rule.py; counted in the audit). Moves that nobody made, in a mode in which the autopilot flies itself or
+    without a command, are left out and counted. A command that was held towards the edge of the grid for a whole cell's way
     is a step that stays in its state. Where a sample crossed several borders, the cells on the way are inserted (counted in
     `cell_skips`) and the motion decides; where that can't be (see CellTracker) the state before has no known action
     and is left out.

@@ -150,7 +150,7 @@ class _Where:
         return self._known_epoch[arrived] + ((stamps_ns > 0) & (stamps_ns < newest - STEP_NS))
 
     def _by_order(self, stamps_ns: Stamps) -> npt.NDArray[np.int64]:
-        """Where nothing tells how the kinds interleave: the n-th time that this clock goes back is that of the positions."""
+        """Where the order of arrival is unknown: the n-th step back of this clock is the n-th one of the positions'."""
         timeline = Timeline()
         found = np.zeros(len(stamps_ns), dtype=np.int64)
         for piece in timeline.take(stamps_ns) + timeline.finish():

@@ -43,7 +43,7 @@ class Flight(NamedTuple):
     Attributes:
         window_ns: from the first position at the altitude of the route; a flight that is not over ends at LATEST_NS.
         end_reason: STOPPED means that a policy took over.
-        climb_missed: the climb to the route was not heard.
+        climb_missed: the climb to the route was not received.
         lost_ns: when the link to the vehicle was lost in it, -1 if it was not.
     """
 
@@ -64,7 +64,7 @@ def flown_altitude_m(grid: Grid, altitude_tolerance_m: float) -> float:
 
 
 def landed_altitude_m(grid: Grid) -> float:
-    """Below this altitude a flight is over, where nothing else tells."""
+    """Below this altitude a flight is over, where no vehicle state is known."""
     return DOWN_SHARE * grid.altitude_m
 
 
@@ -106,7 +106,7 @@ class Bands:
 class Segmenter:
     """Takes events in the order of their stamps; a flight begins at the route's altitude after a take-off, once each.
 
-    The vehicle's state tells whether it is in the air, or its altitude as long as the state is not known. A state
+    The vehicle's state says whether it is in the air, or its altitude as long as the state is not known. A state
     without a link (`connected` false) says nothing, and after it the vehicle is on the ground only when it is
     disarmed or low. A flight ends when the vehicle lands or disarms, or when a policy takes over; with
     `policy_flights` a policy's flights are flights like others.

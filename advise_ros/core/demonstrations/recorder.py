@@ -41,7 +41,7 @@ class RecorderReply(NamedTuple):
 
 
 class Output(NamedTuple):
-    """Something to publish, or something to tell a person, or both; `warning`: the person should look."""
+    """A demonstration to publish, or a remark for a person, or both; `warning`: the person should look."""
 
     demonstration: Demonstration | None
     remark: str
@@ -53,9 +53,9 @@ class Recorder:
 
     By flights: a window opens when the vehicle reaches the grid's altitude after take-off and ends at the
     final waypoint, landing or disarming; a new one needs a new take-off (see Segmenter). Otherwise, and beside it,
-    `start` and `stop`. Flights of a policy are left out unless `policy_flights`. One whose climb was not heard, because the
+    `start` and `stop`. Flights of a policy are left out unless `policy_flights`. One whose climb was not received, because the
     recorder was started in mid-flight or its positions came late, is kept, with a note in its audit. Where the vehicle
-    goes elsewhere than commanded, that is told at once.
+    goes elsewhere than commanded, there is a warning at once.
 
     What `take` returns equals demonstrations_of the samples given (core/demonstrations/recorded_flights.py), as long as none is
     later than SETTLE_S; and each equals `discretise` of its own window, but for the note on its climb.
@@ -85,7 +85,7 @@ class Recorder:
 
     # -- samples -------------------------------------------------------------------------------
     def pose(self, stamp_ns: int, position_enu_m: Vector) -> None:
-        """A position in the map frame; anything is taken, the audit tells what could not be used."""
+        """A position in the map frame; anything is taken, the audit counts what could not be used."""
         self._arrived += 1
         for is_new_epoch, samples in self._samples.pose(stamp_ns, position_enu_m):
             if is_new_epoch:
@@ -104,7 +104,7 @@ class Recorder:
         self._samples.command(stamp_ns, velocity_enu_m_s)
 
     def vehicle(self, event: VehicleEvent) -> None:
-        """The vehicle's state, as often as it is told; it holds for the positions stamped after it."""
+        """The vehicle's state, as often as it comes; it holds for the positions stamped after it."""
         self._samples.event(event)
 
     def policy(self, *, flies: bool, stamp_ns: int = 0) -> None:
@@ -112,7 +112,7 @@ class Recorder:
         self._samples.event(PolicyEvent(stamp_ns, flies))
 
     def skip_number(self, demonstration_id: str) -> None:
-        """Somebody holds a demonstration with this id: numbers go on after it, as after those of a former run."""
+        """Number the next demonstrations after this id, which another run has published."""
         self._count = max(self._count, number_of(demonstration_id))
 
     # -- what people ask -----------------------------------------------------------------------

@@ -42,7 +42,7 @@ class VehicleEvent(NamedTuple):
     """The vehicle's state from a stamp on, until the next event.
 
     Attributes:
-        in_air: None where the source does not tell.
+        in_air: None where the source does not say.
         mode, autopilot, owner: as core/demonstrations/flight_modes.py takes them; '' where they are not known.
         connected: False says that nothing else here is known.
     """
@@ -83,13 +83,13 @@ class Recording(NamedTuple):
     """What one source holds of one vehicle, each kind in order of arrival.
 
     Attributes:
-        events: empty when the source does not tell.
+        events: empty when the source has none.
         policy: when a policy began and ended to fly.
         source: where the samples come from, for people.
         notes: what the source has that could not be used, one sentence each.
-        arrivals: how the kinds interleave; None where that is not known: then their stamps tell.
+        arrivals: how the kinds interleave; None where that is not known: then their stamps decide.
         commanded_ns: stamp of the first command, which may lie before those that are here; 0: before the clock was set
-            back; NEVER_NS: the commands that are here tell.
+            back; NEVER_NS: see the commands that are here.
     """
 
     poses: PoseSamples

@@ -54,7 +54,7 @@ def decided_moves(
 ) -> list[Decided]:
     """The action of each move so far (see decide).
 
-    Where nothing tells who moves the vehicle, neither commands nor a mode, a flight that crosses every border slower than
+    Where neither commands nor a mode show what moves the vehicle, a flight that crosses every border slower than
     a vehicle drifts is a drift.
 
     Args:

@@ -14,7 +14,7 @@ Stamps = npt.NDArray[np.int64]
 
 # Stamps that follow each other closer than this, forward or backward, are of one clock.
 STEP_NS = NS
-# So many samples with stamps far from the others are strays; more mean that the clock was set, or that there is a gap.
+# Up to this many samples in a row with stamps far from the others are strays; more mean that the clock was set or a gap.
 STRAYS = 5
 # Samples after a longer gap at the end of a recording are not believed without STRAYS others.
 LAST_GAP_NS = 60 * NS

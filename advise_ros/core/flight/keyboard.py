@@ -51,11 +51,11 @@ def decode(data: bytes) -> tuple[list[Key], bytes]:
 
 
 class Stick:
-    """The last motion key, until it is let go: a terminal tells only of presses and repeats, so by a time-out.
+    """The last motion key, until it is let go: a terminal sends presses and repeats only, so releasing is a time-out.
 
     Args:
         speed_m_s, climb_m_s: while a key is held.
-        timeout_s: a key counts as held this long after it was last heard of.
+        timeout_s: a key counts as held this long after its last press or repeat.
     """
 
     def __init__(self, speed_m_s: float, climb_m_s: float, timeout_s: float) -> None:

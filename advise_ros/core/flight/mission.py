@@ -67,7 +67,7 @@ class Mission:
         return self.stage in (MissionStage.DONE, MissionStage.FAILED)
 
     def advance(self, vehicle: VehicleState | None, now_s: float) -> Ask | None:
-        """Look at the vehicle (None: never heard of) and at the time; returns a service to call now."""
+        """Look at the vehicle (None: no status received yet) and at the time; returns a service to call now."""
         if self._since_s is None:
             self._since_s = now_s
         if vehicle is not None and not (self.obstacle and self.stage == MissionStage.WAITING):

@@ -132,7 +132,7 @@ class CellTracker:
         """The cells along fixes (n, 2 or 3), n >= 1, all of them inside the grid.
 
         Args:
-            here: column and row before them; None: the first fix tells, and is in the result.
+            here: column and row before them; None: taken from the first fix, which is in the result.
         """
         lowest, highest = zip(*(self._allowed(axis, positions_enu_m[:, axis]) for axis in (0, 1)), strict=True)
         # Only where the cells allowed change can the cell change.

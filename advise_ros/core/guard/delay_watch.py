@@ -2,8 +2,8 @@
 
 The sender's clock is `offset` seconds behind our steady one. Each arrival says that the offset is at most
 arrival minus stamp; the answer to a question of ours says that it is at least the question's time minus stamp.
-A link that became slower and a sender that was paused (a simulation) look alike by the first; the second tells
-them apart. Without it they count as late, which is the safe side.
+A link that became slower and a sender that was paused (a simulation) look alike by the first; the second
+distinguishes them. Without it they count as late, which is the safe side.
 """
 
 from __future__ import annotations
@@ -133,7 +133,7 @@ class DelayWatch:
         self._ours.look(now_ns, steady_ns)
         return self._clock.seen(now_ns / NS - stamp_s, now_s, settled=not self._ours.was_set(steady_ns))
 
-    # -- what a round trip tells -------------------------------------------------------------
+    # -- what a round trip shows -------------------------------------------------------------
     def bounded(self, low_s: float, high_s: float, now_s: float) -> bool:
         """Our steady clock minus the sender's is between these: a question was answered.
 
@@ -158,7 +158,7 @@ class DelayWatch:
 
     @property
     def bounded_now(self) -> bool:
-        """Answers to questions tell a late link from a sender that was paused."""
+        """Round trips distinguish a late link from a sender that was paused."""
         return self._least_s is not None
 
     def _bound(self, now_s: float) -> float:

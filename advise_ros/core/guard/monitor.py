@@ -180,7 +180,7 @@ class GuardMonitor:
         self.latched = self.latched or why
 
     def release(self) -> str:
-        """End a stop, and trust a position that jumped out of the fence or, where nothing else can tell, comes late.
+        """End a stop, and trust a position that jumped out of the fence or, where nothing else can decide that, comes late.
 
         Returns:
             Why the vehicle stood, '' if it did not.

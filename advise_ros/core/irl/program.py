@@ -16,7 +16,7 @@ D are the demonstrated states and S the advised ones. Where the paper is ambiguo
   infeasible (0: strict, as printed).
 
 States without demonstration or advice have the uniform mix of all actions in Pbar. Two actions with the same
-outcome cannot be told apart: an advised pair of them makes no row, and a demonstrated state with such an
+outcome are indistinguishable: an advised pair of them makes no row, and a demonstrated state with such an
 alternative has no margin above 0.
 
 `pose` states the program for any process, `core/irl/solvers/choose.py` solves it:
@@ -227,7 +227,7 @@ def _demonstration_pairs(mdp: Mdp, favourite: Ints, demonstrated: Ints) -> Pairs
 
 
 def advice_rows(mdp: Mdp, advice: Mapping[int, Preference]) -> tuple[Ints, Pairs]:
-    """S and its rows, ascending in state, preferred and avoided action; what cannot be told apart has none."""
+    """S and its rows, ascending in state, preferred and avoided action; actions with the same outcome have none."""
     asked = np.array(sorted(advice), dtype=np.int64)
     wanted = np.zeros((len(asked), mdp.n_actions, mdp.n_actions), dtype=np.bool_)
     for preference, states in _alike(advice).items():

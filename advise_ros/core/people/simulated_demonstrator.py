@@ -1,6 +1,6 @@
 """The simulated demonstrator of section 4, in any process.
 
-The paper's demonstrators make *systematic errors in certain kinds of states*; which, it does not tell. Here a kind of
+The paper's demonstrators make *systematic errors in certain kinds of states*; the paper does not say which. Here a kind of
 states is those with the same optimal action, and in all states of a kind that he gets wrong, a demonstrator makes the
 same mistake. About 10 % of his actions are random.
 """

@@ -454,7 +454,7 @@ def test_positions_that_are_repeated_or_overtaken_are_no_news() -> None:
 def test_a_plane_is_not_flown_as_a_copter() -> None:
     flight = Flight(ScriptedCopter(silent={mav.HEARTBEAT}))
     flight.deliver([mav.dialect.MAVLink_heartbeat_message(1, mav.AUTOPILOT_ARDUPILOT, 0, 4, 4, 3)])
-    assert flight.status.waiting_for == 'heartbeat: no autopilot has been heard (system 1 is no multicopter (MAV_TYPE 1))'
+    assert flight.status.waiting_for == 'heartbeat: no autopilot has answered (system 1 is no multicopter (MAV_TYPE 1))'
 
 
 def test_another_address_with_its_ids_is_a_stranger_until_it_falls_silent() -> None:

@@ -160,11 +160,11 @@ def test_what_not_every_version_has_is_soon_no_longer_waited_for() -> None:
 
 @pytest.mark.parametrize(('dialect', 'lines'), [
     (ArduCopter, (
-        'right   ardupilot multicopter is heard', 'right   it is ready to arm', 'WRONG   FENCE_ENABLE = 0',
+        'right   ardupilot multicopter answers', 'right   it is ready to arm', 'WRONG   FENCE_ENABLE = 0',
         'right   its estimator has attitude, velocity and position', 'right   GPS: 3D fix',
     )),
     (SimulatedPx4, (
-        'right   px4 multicopter is heard', 'right   it is ready to arm', '-> set COM_OBL_RC_ACT to 5 (hold) or 4 (land)',
+        'right   px4 multicopter answers', 'right   it is ready to arm', '-> set COM_OBL_RC_ACT to 5 (hold) or 4 (land)',
     )),
 ])
 def test_the_command_finds_what_is_wrong_and_arms_nothing(dialect: type, lines: tuple[str, ...], capsys: Capture) -> None:
@@ -214,7 +214,7 @@ def test_silence_is_told_with_what_is_known_of_its_cause(sent: bytes, words: str
         assert fly_check.run([url, '--wait', '1']) == 2
         speaker.join(10)
     said = capsys.readouterr().err
-    assert said.startswith(f'error: no autopilot is heard within 1 s on {url}: ')
+    assert said.startswith(f'error: no autopilot answers within 1 s on {url}: ')
     assert words in said
 
 

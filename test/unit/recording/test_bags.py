@@ -279,7 +279,7 @@ def test_metadata_that_lies_is_told(tmp_path: Path) -> None:
     path = bag(tmp_path / 'bag', entries_of(FLOWN))
     file, count = path / 'metadata.yaml', len(entries_of(FLOWN))
     file.write_text(file.read_text().replace(f'message_count: {count}\n', 'message_count: 7\n'))
-    assert read_bag(path).notes == (f'metadata.yaml tells of 7 messages, its files hold {count}',)
+    assert read_bag(path).notes == (f'metadata.yaml counts 7 messages, its files hold {count}',)
     file.write_text(file.read_text().replace('bag.mcap', '../../elsewhere.mcap'))
     (path / 'bag.mcap').unlink()
     with pytest.raises(LogError, match=r'its file elsewhere\.mcap is missing'):

@@ -110,5 +110,5 @@ def test_what_cannot_be_used_is_told(tmp_path: Path) -> None:
         read_bag(turned)
     text = 'uint64 timestamp\nuint8 pose_frame\n'
     elsewhere = bag(tmp_path / 'other', topic, ODOMETRY, text, lambda *ned: {})
-    with pytest.raises(LogError, match='does not tell where px4_msgs/msg/VehicleOdometry has its stamp and position'):
+    with pytest.raises(LogError, match='does not say where px4_msgs/msg/VehicleOdometry has its stamp and position'):
         read_bag(elsewhere)

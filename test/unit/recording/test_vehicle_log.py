@@ -49,7 +49,7 @@ def test_a_lost_link_says_that_it_is_lost_and_when_it_is_back() -> None:
 
 
 def test_a_bridge_that_waits_for_its_first_vehicle_has_lost_nothing() -> None:
-    nobody = GROUND._replace(autopilot='', connected=False, waiting_for='heartbeat: no autopilot has been heard')
+    nobody = GROUND._replace(autopilot='', connected=False, waiting_for='heartbeat: no autopilot has answered')
     assert logged(nobody, GROUND) == []
 
 

@@ -15,7 +15,7 @@ from advise_ros.core.irl.program import EXACT, InfeasibleError, Problem, Solutio
 from advise_ros.core.irl.solvers import highs, packaged
 
 AUTO = 'auto'
-# Up to so many states a vertex by the simplex method takes no time that a person notices.
+# Up to this many states the simplex method is quicker than a person notices.
 SMALL = 256
 # Beyond, PIQP takes more than twice as long as the method of our own, if actions have few outcomes each.
 LARGE = 2000

@@ -30,10 +30,10 @@ from advise_ros.core.planning.process import Mdp
 
 # What a preview may miss the optimum by, relative to it.
 ROUGH = 1e-3
-# A region has at least so many states; the next is tried where the gap is too wide.
+# Smallest numbers of states in a region; the next one is tried where the gap is too wide.
 REGIONS = (500, 1500, 4500)
 NAME = 'local'
-# Up to so many states an exact solution takes no longer than a person waits for.
+# Up to this many states an exact solution is quick enough for a person who waits.
 QUICK = 5000
 # Of the small programs: what they leave is part of the gap. Where much is fixed, tighter ones are not to be had.
 TOLERANCE = 1e-6

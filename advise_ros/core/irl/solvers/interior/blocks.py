@@ -6,7 +6,7 @@
 
 All of them lie in one vector x, their multipliers in another, z. With d = z / x a step fulfils d dx + dz = aim z for
 an aim that the method chooses, so eliminating a block is the arithmetic of springs: theta is the stiffness of a
-reward, and the rows of a margin are a star (`stars.py`). Changes of x and z are told in shares of x and z: how far
+reward, and the rows of a margin are a star (`stars.py`). Changes of x and z are relative to x and z: how far
 a step can go is then read off, and dz is aim - dx.
 """
 

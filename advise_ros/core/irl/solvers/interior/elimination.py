@@ -26,7 +26,7 @@ from advise_ros.core.planning.process import Mdp
 REGULARISATION = 1e-12
 # Of positions: half the memory, and room for two thousand million entries.
 SHORT = np.int32
-# So many pairs of positions are multiplied at once: what that takes for the moment is small beside the result.
+# Pairs of positions multiplied at once: the memory for it is small beside the result.
 CHUNK = 1 << 16
 Shorts = npt.NDArray[np.int32]
 

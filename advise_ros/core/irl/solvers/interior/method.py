@@ -28,7 +28,7 @@ STEPS = 150
 MOST = 0.1
 # How far towards the boundary a step goes.
 STEP_SHARE = 0.995
-# A longer step than this needs no more correctors, of which there are at most so many.
+# A longer step than LONG needs no more correctors; at most this many are tried.
 LONG, CORRECTORS = 0.9, 3
 # What a corrector aims at: a longer step by this much, products within these factors of their target.
 LONGER, SPREAD = 0.6, 10.0
@@ -116,7 +116,7 @@ def _aim_of_step(products: Floats, predicted: Direction) -> tuple[float, Floats]
 
 
 def _scaled(go: float, change: Floats, value: Floats) -> Floats:
-    """The value after so much of a relative change."""
+    """value * (1 + step * relative_change)."""
     after = go * change
     after += 1.0
     after *= value
@@ -175,6 +175,6 @@ def _reach(direction: Direction) -> Reach:
 
 
 def _until(relative: Floats) -> float:
-    """The step, at most 1, at which the first of the variables that change by so much of themselves is 0."""
+    """The largest step, at most 1, that keeps x * (1 + step * relative_change) >= 0 for all variables."""
     least = float(relative.min())
     return min(1.0, -1.0 / least) if least < 0.0 else 1.0
