@@ -1,6 +1,6 @@
 """Where the margin rows of each state meet: the combinatorial half of the interior-point method.
 
-The rows of one state with the weights d of a step meet in its margin as resistors in a star. Eliminating the
+The rows of one state with the weights d of a step meet in its margin like resistors in a node. Eliminating the
 margin leaves a mesh: each row to ground with d_a d_0 / S, each two rows with d_a d_b / S, S the sum of all and d_0
 the weight of what bounds the margin. To write that as a difference of matrices would cancel what the last steps need.
 """
@@ -17,7 +17,7 @@ from advise_ros.core.planning.process import Mdp
 
 
 class Mesh(NamedTuple):
-    """What every two rows of one star have in common.
+    """What every two rows of one margin have in common.
 
     Attributes:
         one, other: row numbers.
@@ -32,15 +32,15 @@ class Mesh(NamedTuple):
     sign: Floats
 
 
-class Stars(NamedTuple):
+class Margins(NamedTuple):
     """The margin rows of all demonstrated and then of all advised states; rows that are zero are left out.
 
     Attributes:
         mdp: the process.
         pairs: (m,) the rows.
-        owner: (m,) number of each row's star.
-        start, lengths: (stars,) the first row of each, and how many there are.
-        n_demonstrated, rows_demonstrated: how many stars and rows belong to demonstrated states.
+        owner: (m,) number of each row's margin.
+        start, lengths: (margins,) the first row of each, and how many there are.
+        n_demonstrated, rows_demonstrated: how many margins and rows belong to demonstrated states.
         shown: rows of `Problem.demonstration_pairs` that are kept.
         caps: (n_demonstrated,).
         ground: (m,) the pair of actions of each row, among all of all states.
@@ -59,15 +59,15 @@ class Stars(NamedTuple):
     mesh: Mesh
 
     def total(self, of_rows: Floats) -> Floats:
-        """(stars,) sums over the rows of each star."""
+        """(margins,) sums over the rows of each margin."""
         return np.add.reduceat(of_rows, self.start) if len(self.start) else np.zeros(0)
 
-    def spread(self, of_stars: Floats) -> Floats:
-        """(m,) for each row what its star has."""
-        return np.repeat(of_stars, self.lengths)
+    def spread(self, of_margins: Floats) -> Floats:
+        """(m,) for each row what its margin has."""
+        return np.repeat(of_margins, self.lengths)
 
     def weights(self, d: Floats, d_0: Floats, total: Floats) -> Floats:
-        """(n_edges * n,) of all pairs of actions, from those of the rows (m,), of what bounds, and of both (stars,)."""
+        """(n_edges * n,) of all pairs of actions, from those of the rows (m,), of what bounds, and of both (margins,)."""
         mesh, n, n_actions = self.mesh, self.mdp.n_states, self.mdp.n_actions
         ground = d * (d_0 / total)[self.owner]
         between = d[mesh.one] * d[mesh.other] / total[self.owner[mesh.one]]
@@ -77,8 +77,8 @@ class Stars(NamedTuple):
         ).astype(np.float64, copy=False)
 
 
-def stars_of(problem: Problem, edge: Ints) -> Stars:
-    """The stars of a problem, with (n_actions, n_actions) numbers of the pairs of actions."""
+def margins_of(problem: Problem, edge: Ints) -> Margins:
+    """The margins of a problem, with (n_actions, n_actions) numbers of the pairs of actions."""
     mdp, shown, advised = problem.mdp, problem.demonstration_pairs, problem.advice_pairs
     distinct = ~mdp.alike[shown.states, shown.better, shown.worse]
     kept = np.flatnonzero(distinct & (problem.terms.lambda_t > 0.0))  # Margins that nothing pays for stay out.
@@ -89,7 +89,7 @@ def stars_of(problem: Problem, edge: Ints) -> Stars:
     n_demonstrated = int(first[: len(shown.states)].sum())
     owner = np.cumsum(first) - 1
     caps = problem.caps[np.searchsorted(problem.demonstrated, shown.states[start[:n_demonstrated]])]
-    return Stars(
+    return Margins(
         mdp, pairs, owner, start, np.diff(start, append=len(owner)), n_demonstrated, len(shown.states), kept, caps,
         edge[pairs.better, pairs.worse] * mdp.n_states + pairs.states, _mesh(mdp, pairs, start, edge),
     )
@@ -100,7 +100,7 @@ def _is_first(states: Ints) -> Ints:
 
 
 def _mesh(mdp: Mdp, pairs: Pairs, start: Ints, edge: Ints) -> Mesh:
-    """h_one - h_other of every two rows of a star is a sum of signed outcomes, and its square one of signed edges."""
+    """h_one - h_other of every two rows of a margin is a sum of signed outcomes, and its square one of signed edges."""
     one, other = _two_of_each(start, len(pairs.states))
     same = pairs.better[one] == pairs.better[other]  # As in all demonstrated states: one edge, of those avoided.
     near, far = np.flatnonzero(same), np.flatnonzero(~same)
@@ -137,7 +137,7 @@ def _merged(edge: Ints, which: Ints, sign: Floats) -> tuple[Ints, Ints, Floats]:
 
 
 def _two_of_each(start: Ints, n_rows: int) -> tuple[Ints, Ints]:
-    """Row numbers of every two rows of each star."""
+    """Row numbers of every two rows of each margin."""
     lengths = np.diff(start, append=n_rows)
     ones, others = [np.zeros(0, dtype=np.int64)], [np.zeros(0, dtype=np.int64)]
     for length in np.unique(lengths):
