@@ -22,7 +22,12 @@ class ClockSteps:
         self._set_at_ns: int | None = None
 
     def look(self, clock_ns: int, steady_ns: int) -> bool:
-        """Whether the clock was set since the last look."""
+        """Whether the clock was set since the last look.
+
+        Args:
+            clock_ns: what the clock shows now.
+            steady_ns: steady time now.
+        """
         offset_ns = clock_ns - steady_ns
         before_ns, self._offset_ns = self._offset_ns, offset_ns
         if before_ns is None or abs(offset_ns - before_ns) <= self._step_ns:
@@ -31,9 +36,17 @@ class ClockSteps:
         return True
 
     def was_set(self, steady_ns: int) -> bool:
-        """Whether it was set lately."""
+        """Whether it was set less than `remembered_ns` ago.
+
+        Args:
+            steady_ns: steady time now.
+        """
         return self._set_at_ns is not None and steady_ns - self._set_at_ns < self._remembered_ns
 
     def unset_ns(self, steady_ns: int) -> int:
-        """What the clock would show had it not been set the last time."""
+        """What the clock would show had it not been set the last time.
+
+        Args:
+            steady_ns: steady time now.
+        """
         return steady_ns + self._before_ns

@@ -14,20 +14,32 @@ TOLERANCE = 1e-6
 
 
 def is_best(values: Floats) -> Bools:
-    """Which entries equal the maximum along the last axis, within `TOLERANCE`."""
+    """Which entries equal the maximum along the last axis, within `TOLERANCE`.
+
+    Args:
+        values: (..., k).
+    """
     scale = np.maximum(np.abs(values).max(axis=-1, keepdims=True), 1.0)
     best: Bools = values >= values.max(axis=-1, keepdims=True) - TOLERANCE * scale
     return best
 
 
 def first_best(values: Floats) -> Ints:
-    """Index of the maximum along the last axis; ties go to the lowest index."""
+    """Index of the maximum along the last axis; ties go to the lowest index.
+
+    Args:
+        values: (..., k).
+    """
     index: Ints = is_best(values).argmax(axis=-1)
     return index
 
 
 def entropy(distributions: Floats) -> Floats:
-    """Entropy of each distribution along the last axis [nat]; 0 log 0 is 0."""
+    """Entropy of each distribution along the last axis [nat]; 0 log 0 is 0.
+
+    Args:
+        distributions: (..., k), each row sums to 1.
+    """
     logs = np.log(distributions, where=distributions > 0, out=np.zeros_like(distributions))
     nats: Floats = -(distributions * logs).sum(axis=-1)
     return nats

@@ -14,7 +14,14 @@ def parameter(
     high: float | None = None,
     choices: tuple[str, ...] = (),
 ) -> Any:
-    """A dataclass field with its range (both ends included) or its choices."""
+    """A dataclass field that is a node's parameter.
+
+    Args:
+        default: its value unless given.
+        doc: one line for --help and docs/parameters.md.
+        low, high: range, both ends included; None: unbounded.
+        choices: allowed texts.
+    """
     return field(default=default, metadata={'doc': doc, 'low': low, 'high': high, 'choices': choices})
 
 

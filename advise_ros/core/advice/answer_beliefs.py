@@ -57,7 +57,11 @@ class Common(NamedTuple):
 
 
 def common(beliefs: Floats) -> Common:
-    """The right action that the states of a set share, from their beliefs (m, n_actions)."""
+    """The right action that the states of a set share.
+
+    Args:
+        beliefs: (m, n_actions) probability of each action to be right, per state of the set.
+    """
     m, n_actions = beliefs.shape
     purity = np.full(n_actions, ALONE if m == 1 else PURITY)
     for _ in range(PURITY_ROUNDS if m > 1 else 0):

@@ -69,7 +69,14 @@ class _ErrorModel(NamedTuple):
 
 
 def shares(logs: Floats) -> Floats:
-    """Distributions along the last axis from logarithms of any scale."""
+    """Probabilities from log probabilities up to a constant.
+
+    Args:
+        logs: (..., n_actions).
+
+    Returns:
+        (..., n_actions), each row sums to 1.
+    """
     weight = np.exp(logs - logs.max(axis=-1, keepdims=True))
     normal: Floats = weight / weight.sum(axis=-1, keepdims=True)
     return normal
@@ -96,10 +103,13 @@ def _remembered(moves: bytes, n_actions: int) -> bytes:
 
 
 def mistakes_shown(taken: Ints) -> bool:
-    """Whether the moves (m, n_actions) leave no doubt that their person makes mistakes, in the lesser part of the states.
+    """Whether the moves leave no doubt that their person makes mistakes, in the lesser part of the states.
 
     A mistake made nearly always looks like what is right with slips: without this, beliefs could turn what an errorless
     person shows into its opposite.
+
+    Args:
+        taken: (m, n_actions) how often each action was taken in each state.
     """
     return _shown(taken.astype(np.int64).tobytes(), taken.shape[1])
 

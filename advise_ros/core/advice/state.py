@@ -159,7 +159,15 @@ def _covering(records: tuple[AdviceRecord, ...]) -> dict[int, tuple[int, ...]]:
 
 # -- which answers are doubtful, and which are followed ------------------------------------------------
 def support(taken: Ints, record: AdviceRecord) -> tuple[int, int]:
-    """Moves that the answer prefers, and all moves, in its states."""
+    """How many moves bear an answer out.
+
+    Args:
+        taken: (n, n_actions) how often each action was taken in each state.
+        record: the answer.
+
+    Returns:
+        Moves in its states that it prefers, and all moves there.
+    """
     moves = taken[list(record.states)]
     return int(moves[:, list(record.preferred)].sum()), int(moves.sum())
 

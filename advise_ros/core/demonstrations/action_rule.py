@@ -78,7 +78,14 @@ class Commands:
         return len(self._stamps_ns)
 
     def way_m(self, begin_ns: Stamps, end_ns: Stamps) -> npt.NDArray[np.float64]:
-        """(n, 4): way commanded towards each direction from each `begin_ns` to each `end_ns`, by action."""
+        """Distance commanded towards each direction between two stamps.
+
+        Args:
+            begin_ns, end_ns: (n,) half-open intervals.
+
+        Returns:
+            (n, 4) [m], by action.
+        """
         return self._until(end_ns) - self._until(begin_ns)
 
     def _until(self, stamps_ns: Stamps) -> npt.NDArray[np.float64]:
@@ -93,6 +100,10 @@ class Commands:
     def held(self, action: int, begin_ns: int, end_ns: int) -> tuple[float, int]:
         """The longest way [m] that commands in [begin_ns, end_ns) made for a direction, less what they took back meanwhile.
 
+        Args:
+            action: the direction.
+            begin_ns, end_ns: the half-open interval.
+
         Returns:
             The way, and the stamp of the last command that made it (-1 for none).
         """
@@ -104,7 +115,14 @@ class Commands:
         return float(net_m[last]), int(self._stamps_ns[rows][last - 1]) if last else -1
 
     def quiet_ns(self, stamps_ns: Stamps) -> Stamps:
-        """(n,): how long before each stamp the last moving command ended, 0 while one holds; huge where there was none."""
+        """How long before each stamp the last moving command ended.
+
+        Args:
+            stamps_ns: (n,) ascending or not.
+
+        Returns:
+            (n,) [ns]; 0 while a command holds, huge where there was none.
+        """
         row = np.searchsorted(self._stamps_ns, stamps_ns, side='left') - 1
         if not len(self):
             return np.full(len(stamps_ns), np.iinfo(np.int64).max)

@@ -125,7 +125,11 @@ class Counts(NamedTuple):
         return total
 
     def distribution(self, laplace: float) -> Floats:
-        """(n, n_actions) action distributions, `laplace` added to each count."""
+        """Smoothed action distributions, (n, n_actions).
+
+        Args:
+            laplace: pseudo-count added to each action.
+        """
         smoothed = self.taken + laplace
         shares: Floats = smoothed / smoothed.sum(axis=1, keepdims=True)
         return shares
@@ -157,6 +161,13 @@ def with_missed_climb(found: Demonstration) -> Demonstration:
 
 
 def taken_back(demonstration_id: str, source: str, grid: Grid, now_ns: int) -> Demonstration:
-    """What takes an earlier demonstration back: its id and no moves."""
+    """What takes an earlier demonstration back: its id and no moves.
+
+    Args:
+        demonstration_id: of the demonstration to take back.
+        source: who takes it back.
+        grid: of the demonstration.
+        now_ns: stamp; its window begins and ends there.
+    """
     audit = Audit(notes=(TAKEN_BACK,))
     return Demonstration(demonstration_id, source, grid, (), (), (), (now_ns, now_ns), EndReason.STOPPED, audit)

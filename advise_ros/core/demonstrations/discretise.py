@@ -69,6 +69,14 @@ def discretise(
     looked at. The state at the end has no action and so is not in `states`. The result's `window_ns` runs from the first
     to the last stamp looked at; discretising that window again gives the same demonstration.
 
+    Args:
+        grid: states and actions.
+        recording: positions, commands and states of the vehicle, in any order.
+        window_ns: first and last stamp.
+        settings: thresholds and tolerances.
+        demonstration_id: of the result.
+        end_reason: why the window ends there.
+
     Returns:
         The demonstration; its end reason is FINAL_WAYPOINT or BLOCKED where that was so, else the one given
         (STOPPED in place of a FINAL_WAYPOINT or BLOCKED that the samples don't show).
@@ -137,7 +145,14 @@ class Followed(NamedTuple):
 
 
 def follow(grid: Grid, recording: Recording, window_ns: Window, settings: DiscretiseSettings) -> Followed | None:
-    """The flight within a window of stamps; None where no position has such a stamp."""
+    """The flight within a window of stamps; None where no position has such a stamp.
+
+    Args:
+        grid: states and actions.
+        recording: as for `discretise`.
+        window_ns: first and last stamp, both included.
+        settings: as for `discretise`.
+    """
     poses, movers = recording.poses, Movers(recording.events)
     inside = _in_window(poses.stamps_ns, window_ns)
     if not inside.any():

@@ -81,12 +81,22 @@ def _fitting(recording: Recording) -> Arrivals | None:
 
 
 def place(stamp_ns: int, newest_ns: int) -> int:
-    """Which epoch a stamp is of, beside the one whose newest position is `newest_ns`: 1 the next one, 0 this one."""
+    """How many epochs a stamp lies after the one whose newest position is `newest_ns`: 1 or 0.
+
+    Args:
+        stamp_ns: of a command or an event.
+        newest_ns: newest stamp of the positions so far.
+    """
     return int(0 < stamp_ns < newest_ns - STEP_NS)
 
 
 def holds_from_ns(stamp_ns: int, newest_ns: int) -> int:
-    """From when on an event holds that arrived beside a position of `newest_ns`; a stamp of 0 says nothing."""
+    """From which stamp on an event holds.
+
+    Args:
+        stamp_ns: its own; 0 where it has none.
+        newest_ns: newest stamp of the positions that had arrived before it.
+    """
     return newest_ns if newest_ns and (stamp_ns <= 0 or stamp_ns > newest_ns + EVENT_AHEAD_NS) else stamp_ns
 
 

@@ -59,7 +59,12 @@ def order(event: Event) -> tuple[int, int]:
 
 
 def flown_altitude_m(grid: Grid, altitude_tolerance_m: float) -> float:
-    """A climbing vehicle at this altitude begins its route."""
+    """The altitude above which a climbing vehicle begins its route [m].
+
+    Args:
+        grid: its altitude.
+        altitude_tolerance_m: how far off that the route may be flown.
+    """
     return max(grid.altitude_m - altitude_tolerance_m, UP_SHARE * grid.altitude_m)
 
 
@@ -82,7 +87,12 @@ class Bands:
         self._newest_ns = 0
 
     def is_same(self, stamp_ns: int, altitude_m: float) -> bool:
-        """Whether one position changes nothing; then it need not be taken."""
+        """Whether one position changes nothing; then it need not be taken.
+
+        Args:
+            stamp_ns: of the position.
+            altitude_m: above the grid's zero.
+        """
         if stamp_ns <= self._newest_ns or not math.isfinite(altitude_m):
             return True
         if self._band is None or bisect_right(self._edges, altitude_m) != self._band:
@@ -91,7 +101,12 @@ class Bands:
         return True
 
     def take(self, stamps_ns: npt.NDArray[np.int64], altitudes_m: npt.NDArray[np.float64]) -> list[BandEvent]:
-        """From positions in order of arrival; those that are late, unstamped or no numbers say nothing."""
+        """The crossings that positions make; late or unstamped ones and those that are no numbers make none.
+
+        Args:
+            stamps_ns: (n,) in order of arrival.
+            altitudes_m: (n,).
+        """
         newest = np.maximum.accumulate(np.concatenate([[self._newest_ns], stamps_ns]))
         used = (stamps_ns > newest[:-1]) & np.isfinite(altitudes_m)
         self._newest_ns = int(newest[-1])
@@ -144,12 +159,20 @@ class Segmenter:
         return flight._replace(climb_missed=self._climb_missed, lost_ns=self._lost_ns)
 
     def new_epoch(self, newest_ns: int) -> Flight | None:
-        """The clock was set back after `newest_ns`: the rest of a flight under way is not another flight."""
+        """The clock was set back: the rest of a flight under way is not another flight.
+
+        Args:
+            newest_ns: newest stamp before that.
+        """
         self._knows_state = False
         return self.end(newest_ns)
 
     def end(self, newest_ns: int) -> Flight | None:
-        """The recording ends, in mid-flight perhaps."""
+        """The recording ends, in mid-flight perhaps.
+
+        Args:
+            newest_ns: newest stamp of it.
+        """
         return self._close(newest_ns, EndReason.END_OF_LOG)
 
     def _take_band(self, event: BandEvent) -> Flight | None:

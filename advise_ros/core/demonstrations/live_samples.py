@@ -56,9 +56,16 @@ class LiveSamples:
         return self._timeline.holds
 
     def pose(self, stamp_ns: int, position_enu_m: Vector) -> list[tuple[bool, list[Sample]]]:
-        """Take a position; those that are decided by it, each with whether they are the first of another epoch.
+        """Take a position.
 
         The caller adds them by `add`, after `new_epoch` where that is so.
+
+        Args:
+            stamp_ns: of its header.
+            position_enu_m: (east, north, up).
+
+        Returns:
+            The samples that are decided by it, in runs, each with whether it begins another epoch.
         """
         self._waiting.append((stamp_ns, position_enu_m))
         before, found = self._timeline.epoch, []
@@ -77,7 +84,12 @@ class LiveSamples:
         self.newest_ns = max(self.newest_ns, *(stamp_ns for stamp_ns, _ in samples))
 
     def command(self, stamp_ns: int, velocity_enu_m_s: Vector) -> None:
-        """A commanded velocity."""
+        """A commanded velocity.
+
+        Args:
+            stamp_ns: of its header.
+            velocity_enu_m_s: (east, north, up).
+        """
         if place(stamp_ns, self.newest_ns):
             self._next_commands.append((stamp_ns, velocity_enu_m_s))
             return

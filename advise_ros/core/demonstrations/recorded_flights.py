@@ -32,6 +32,9 @@ class Cutter:
 
         From the first arrival that is not older than the window to the last that is not newer; the views
         share the recording's memory.
+
+        Args:
+            window_ns: first and last stamp.
         """
         poses, commands = self._poses.between(window_ns), self._commands.between(window_ns)
         whole = self._recording
@@ -152,7 +155,14 @@ def waypoints_reached(demonstration: Demonstration) -> int:
 def split(
     grid: Grid, recording: Recording, altitude_tolerance_m: float, *, policy_flights: bool = False,
 ) -> tuple[Flown, ...]:
-    """The flights of a recording, in order, without those that a policy flew (see Segmenter)."""
+    """The flights of a recording, in order, without those that a policy flew (see Segmenter).
+
+    Args:
+        grid: its altitude decides where a flight is on its route.
+        recording: positions and states of the vehicle.
+        altitude_tolerance_m: how far off the grid's altitude the route may be flown.
+        policy_flights: keep flights of a policy, too.
+    """
     return tuple(_split(grid, divide(recording).parts, altitude_tolerance_m, policy_flights=policy_flights))
 
 

@@ -85,7 +85,12 @@ class Recorder:
 
     # -- samples -------------------------------------------------------------------------------
     def pose(self, stamp_ns: int, position_enu_m: Vector) -> None:
-        """A position in the map frame; anything is taken, the audit counts what could not be used."""
+        """A position in the map frame; anything is taken, the audit counts what could not be used.
+
+        Args:
+            stamp_ns: of its header.
+            position_enu_m: (east, north, up).
+        """
         self._arrived += 1
         for is_new_epoch, samples in self._samples.pose(stamp_ns, position_enu_m):
             if is_new_epoch:
@@ -100,7 +105,12 @@ class Recorder:
             self._samples.trim()
 
     def command(self, stamp_ns: int, velocity_enu_m_s: Vector) -> None:
-        """A commanded velocity in the map frame."""
+        """A commanded velocity in the map frame.
+
+        Args:
+            stamp_ns: of its header.
+            velocity_enu_m_s: (east, north, up).
+        """
         self._samples.command(stamp_ns, velocity_enu_m_s)
 
     def vehicle(self, event: VehicleEvent) -> None:
@@ -108,7 +118,12 @@ class Recorder:
         self._samples.event(event)
 
     def policy(self, *, flies: bool, stamp_ns: int = 0) -> None:
-        """Whether a policy flies the vehicle; without a stamp, from the newest position on."""
+        """Whether a policy flies the vehicle.
+
+        Args:
+            flies: true from now on.
+            stamp_ns: since when; 0: since the newest position.
+        """
         self._samples.event(PolicyEvent(stamp_ns, flies))
 
     def skip_number(self, demonstration_id: str) -> None:
@@ -158,7 +173,11 @@ class Recorder:
 
     # -- results -------------------------------------------------------------------------------
     def take(self, steady_s: float) -> list[Output]:
-        """What has become ready; call it now and then with the monotonic time."""
+        """What has become ready; call it a few times a second.
+
+        Args:
+            steady_s: monotonic time.
+        """
         self._apply(self._settled_ns(steady_s))
         if self.phase is RecorderPhase.CLOSING:
             self._closing_s = steady_s if self._closing_s is None else self._closing_s

@@ -41,11 +41,19 @@ class Movers:
         self._modes = ['', *(one.mode for one in changes)]
 
     def at(self, stamp_ns: int) -> Mover:
-        """A state holds for positions with its stamp, too."""
+        """What moves the vehicle at a stamp; a state holds for positions with its own stamp, too.
+
+        Args:
+            stamp_ns: of a position.
+        """
         return self._movers[int(np.searchsorted(self._stamps_ns, stamp_ns, side='right'))]
 
     def mode(self, stamp_ns: int) -> str:
-        """Name of the mode, '' where it is not known."""
+        """Name of the mode, '' where it is not known.
+
+        Args:
+            stamp_ns: of a position.
+        """
         return self._modes[int(np.searchsorted(self._stamps_ns, stamp_ns, side='right'))]
 
 
@@ -71,7 +79,15 @@ def decided_moves(
 
 
 def crossing_speeds_m_s(follower: Follower, stamps_ns: Stamps, positions_enu_m: Floats) -> Floats:
-    """(n,): over ground, in the second before the end of each move, along the fixes that the follower was given."""
+    """Speed over ground in the second before the end of each move.
+
+    Args:
+        follower: with the n moves.
+        stamps_ns, positions_enu_m: (k,) and (k, 3) fixes that it was given.
+
+    Returns:
+        (n,) [m/s].
+    """
     left_ns = np.asarray(follower.track.left_ns, dtype=np.int64)
     if not len(left_ns):
         return np.empty(0)

@@ -64,7 +64,11 @@ class Timeline:
         self._count = 0
 
     def take(self, stamps_ns: Stamps) -> list[Piece]:
-        """The pieces that are decided, in order of arrival and without gaps."""
+        """The pieces that are decided, in order of arrival and without gaps.
+
+        Args:
+            stamps_ns: (n,) in order of arrival.
+        """
         first = self._count
         self._count += len(stamps_ns)
         known = np.flatnonzero(stamps_ns > 0)
@@ -81,7 +85,11 @@ class Timeline:
         return pieces
 
     def take_one(self, stamp_ns: int) -> list[Piece]:
-        """As `take` of one stamp; at once where it follows the one before and nothing is held back."""
+        """As `take` of one stamp; at once where it follows the one before and nothing is held back.
+
+        Args:
+            stamp_ns: of the next arrival.
+        """
         if self.holds or stamp_ns <= 0 or not self._last_ns or abs(stamp_ns - self._last_ns) > STEP_NS:
             return self.take(np.array([stamp_ns], dtype=np.int64))
         row = self._count

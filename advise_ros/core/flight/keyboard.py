@@ -64,15 +64,28 @@ class Stick:
         self._at_s = 0.0
 
     def press(self, key: Key, now_s: float) -> None:
-        """Take a key; anything but a motion lets go."""
+        """Take a key; anything but a motion lets go.
+
+        Args:
+            key: that was pressed or repeated.
+            now_s: steady time.
+        """
         self._key, self._at_s = key if key in MOTIONS else None, now_s
 
     def held(self, now_s: float) -> Key | None:
-        """The motion key that is held."""
+        """The motion key that is held.
+
+        Args:
+            now_s: steady time.
+        """
         return self._key if now_s - self._at_s <= self._timeout_s else None
 
     def velocity(self, now_s: float) -> Vector:
-        """(east, north, up) in m/s in the map frame."""
+        """(east, north, up) in m/s in the map frame.
+
+        Args:
+            now_s: steady time.
+        """
         key = self.held(now_s)
         if key is None:
             return ZERO

@@ -64,7 +64,13 @@ class CellMover:
             self._recent.pop(0)
 
     def go(self, start: int, target: int, *, run_on_m: float = 0.0, corner: bool = False) -> None:
-        """Fly from the centre of a cell to that of another in its row or column."""
+        """Fly from the centre of a cell to that of another in its row or column.
+
+        Args:
+            start, target: cells.
+            run_on_m: how far the route goes straight on behind the target.
+            corner: whether it then turns.
+        """
         self._target = target
         centres = self.grid.centre_enu_m(start), self.grid.centre_enu_m(target)
         self._leg = Leg(*centres, self.grid.resolution_m, run_on_m, corner)
@@ -105,7 +111,12 @@ class CellMover:
 
 
 def nearest_cell(grid: Grid, position_enu_m: Vector) -> int:
-    """Cell of a position, or the nearest one to a position off the grid."""
+    """Cell of a position, or the nearest one to a position off the grid.
+
+    Args:
+        grid: cells.
+        position_enu_m: (east, north, up).
+    """
     x, y = (
         min(max(int((value - origin) // grid.resolution_m), 0), size - 1)
         for value, origin, size in zip(position_enu_m[:2], grid.origin_enu_m, (grid.width, grid.height), strict=True)
@@ -114,7 +125,12 @@ def nearest_cell(grid: Grid, position_enu_m: Vector) -> int:
 
 
 def off_grid_m(grid: Grid, position_enu_m: Vector) -> float:
-    """Horizontal distance from the grid, 0 on it."""
+    """Horizontal distance from the grid, 0 on it.
+
+    Args:
+        grid: cells.
+        position_enu_m: (east, north, up).
+    """
     off_m = (
         max(origin - value, value - origin - size * grid.resolution_m, 0.0)
         for value, origin, size in zip(position_enu_m[:2], grid.origin_enu_m, (grid.width, grid.height), strict=True)

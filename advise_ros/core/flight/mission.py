@@ -67,7 +67,12 @@ class Mission:
         return self.stage in (MissionStage.DONE, MissionStage.FAILED)
 
     def advance(self, vehicle: VehicleState | None, now_s: float) -> Ask | None:
-        """Look at the vehicle (None: no status received yet) and at the time; returns a service to call now."""
+        """Look at the vehicle and at the time; returns a service to call now.
+
+        Args:
+            vehicle: its newest state, None before the first.
+            now_s: steady time.
+        """
         if self._since_s is None:
             self._since_s = now_s
         if vehicle is not None and not (self.obstacle and self.stage == MissionStage.WAITING):
@@ -77,7 +82,12 @@ class Mission:
         return self._due(vehicle, now_s)
 
     def replied(self, accepted: bool, message: str, now_s: float) -> None:
-        """The answer to what `advance` asked for."""
+        """The reply to what `advance` asked for.
+
+        Args:
+            accepted, message: of the service.
+            now_s: steady time.
+        """
         self._asked = accepted
         if accepted or self.over:
             return
@@ -88,12 +98,20 @@ class Mission:
             self._fail(f'the vehicle refused {ATTEMPTS} times to {what}: {message}')
 
     def unanswered(self, now_s: float) -> None:
-        """Nobody is there to ask (yet)."""
+        """The service is not there (yet).
+
+        Args:
+            now_s: steady time.
+        """
         self._asked = False
         self._retry_s = now_s + ABSENT_RETRY_S
 
     def flown(self, now_s: float) -> None:
-        """The flight is over and the vehicle is at home."""
+        """The flight is over and the vehicle is at home.
+
+        Args:
+            now_s: steady time.
+        """
         self._enter(MissionStage.LANDING, now_s)
 
     def fail(self, why: str) -> None:

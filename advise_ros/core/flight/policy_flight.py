@@ -91,6 +91,10 @@ class FlightPlan:
 def check_start(plan: FlightPlan, position_enu_m: Vector) -> None:
     """Refuse a flight that cannot begin, before it is accepted.
 
+    Args:
+        plan: policy and start cell.
+        position_enu_m: (east, north, up) of the vehicle.
+
     Raises:
         InputError: too far off the grid, in a blocked cell without a start cell to go to, or no way to it.
     """

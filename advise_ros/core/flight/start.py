@@ -71,6 +71,11 @@ def start_cell_of(grid: Grid, position_enu_m: Vector, start_cell: int, reach_m: 
 def check_reach(grid: Grid, position_enu_m: Vector, reach_m: float) -> None:
     """Refuse a flight that would begin too far off the grid.
 
+    Args:
+        grid: cells.
+        position_enu_m: (east, north, up).
+        reach_m: how far off the grid a flight may begin.
+
     Raises:
         InputError: the position is more than `reach_m` off the grid.
     """

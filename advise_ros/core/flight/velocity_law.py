@@ -66,7 +66,11 @@ class Leg(NamedTuple):
         return (east / length, north / length) if length > 0 else (0.0, 0.0)
 
     def remaining_m(self, position_enu_m: Vector) -> float:
-        """Distance to the end along the line, negative beyond it; the plain distance when there is no line."""
+        """Distance to the end along the line, negative beyond it; the plain distance when there is no line.
+
+        Args:
+            position_enu_m: (east, north, up).
+        """
         east, north = self.end_enu_m[0] - position_enu_m[0], self.end_enu_m[1] - position_enu_m[1]
         direction = self.direction
         if direction == (0.0, 0.0):
@@ -74,7 +78,11 @@ class Leg(NamedTuple):
         return east * direction[0] + north * direction[1]
 
     def cross_m(self, position_enu_m: Vector) -> float:
-        """Distance from the line, positive to its left; 0 when there is no line."""
+        """Distance from the line, positive to its left; 0 when there is no line.
+
+        Args:
+            position_enu_m: (east, north, up).
+        """
         east, north = position_enu_m[0] - self.start_enu_m[0], position_enu_m[1] - self.start_enu_m[1]
         direction = self.direction
         return north * direction[0] - east * direction[1]
@@ -85,6 +93,10 @@ def approach_speed_m_s(distance_m: float, settings: SeekSettings) -> float:
 
     The speed v that solves distance = v / gain + v^2 / (2 braking), at most the cruise speed: near the point it
     is gain * distance, far away the square-root law of steady braking.
+
+    Args:
+        distance_m: signed, positive in front.
+        settings: gain, braking and cruise speed.
     """
     reaction = settings.braking_m_s2 / settings.approach_gain_1_s
     speed = math.sqrt(reaction * reaction + 2.0 * settings.braking_m_s2 * abs(distance_m)) - reaction

@@ -33,7 +33,14 @@ class CellTrack:
     breaks: list[tuple[int, str]] = field(default_factory=list)
 
     def add(self, state: int, motion: int, stamps_ns: tuple[int, int], *, inserted: bool = False) -> None:
-        """One move, with the stamps at which its state was entered and left."""
+        """Append one move.
+
+        Args:
+            state: in which it was made.
+            motion: direction flown, as an action.
+            stamps_ns: when the state was entered and left.
+            inserted: the state was between two fixes and not seen itself.
+        """
         self.states.append(state)
         self.motions.append(motion)
         self.entered_ns.append(stamps_ns[0])

@@ -91,7 +91,12 @@ class CellTracker:
         return self.state is not None and self.grid.is_terminal(self.state)
 
     def update(self, x_enu_m: float, y_enu_m: float, stamp_ns: int = 0) -> int | None:
-        """State after a fix; None as long as no fix was inside the grid."""
+        """State after a fix; None as long as no fix was inside the grid.
+
+        Args:
+            x_enu_m, y_enu_m: position, east and north.
+            stamp_ns: of the fix.
+        """
         if self.is_inside(x_enu_m, y_enu_m):
             fix = Fix(stamp_ns, x_enu_m, y_enu_m)
             self.step(self._before, fix)
@@ -99,7 +104,11 @@ class CellTracker:
         return self.state
 
     def is_inside(self, x_enu_m: float, y_enu_m: float) -> bool:
-        """Inside the grid or at most `hysteresis_m` outside; False for NaN."""
+        """Inside the grid or at most `hysteresis_m` outside; False for NaN.
+
+        Args:
+            x_enu_m, y_enu_m: position, east and north.
+        """
         grid, margin = self.grid, self._hysteresis_m
         x, y = x_enu_m - grid.origin_enu_m[0], y_enu_m - grid.origin_enu_m[1]
         east, north = grid.width * grid.resolution_m, grid.height * grid.resolution_m
@@ -218,7 +227,11 @@ class CellTracker:
 
 
 def check_hysteresis(grid: Grid, hysteresis_m: float) -> None:
-    """Beyond half a cell, the centre of the next cell would not count as that cell.
+    """Refuse a hysteresis with which the centre of the next cell would not count as that cell.
+
+    Args:
+        grid: its cell size.
+        hysteresis_m: must be below half of that.
 
     Raises:
         InputError: with both numbers and the remedy.

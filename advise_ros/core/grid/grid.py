@@ -136,7 +136,11 @@ class Grid:
         return cell in self._blocked_set
 
     def cell_at(self, x_enu_m: float, y_enu_m: float) -> int | None:
-        """Cell that holds a position, or None outside; borders belong to the upper right cell."""
+        """Cell that holds a position, or None outside; borders belong to the upper right cell.
+
+        Args:
+            x_enu_m, y_enu_m: position, east and north.
+        """
         x = math.floor((x_enu_m - self.origin_enu_m[0]) / self.resolution_m)
         y = math.floor((y_enu_m - self.origin_enu_m[1]) / self.resolution_m)
         return self.cell(x, y) if self.contains(x, y) else None

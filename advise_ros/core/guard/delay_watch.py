@@ -43,7 +43,12 @@ class SmallestOffset:
         return bool(self._ahead)
 
     def set(self, offset_s: float, now_s: float) -> None:
-        """The clock was set, or stood still."""
+        """The clock was set, or stood still.
+
+        Args:
+            offset_s: the new one.
+            now_s: steady time.
+        """
         self.offset_s, self._at_s, self._ahead = offset_s, now_s, []
 
     def seen(self, offset_s: float, now_s: float, *, settled: bool = True) -> float:
@@ -167,7 +172,11 @@ class DelayWatch:
         return self._least_s - DRIFT * (now_s - self._least_at_s)
 
     def unknown_s(self, now_s: float) -> float:
-        """What the fastest message may have been late itself, beyond what is allowed for; 0 while nothing is known."""
+        """What the fastest message may have been late itself, beyond what is allowed for; 0 while nothing is known.
+
+        Args:
+            now_s: steady time.
+        """
         bound_s = self._bound(now_s)
         if self._steady.offset_s is None or bound_s == float('-inf'):
             return 0.0

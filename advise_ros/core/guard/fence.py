@@ -52,13 +52,23 @@ class Braking(NamedTuple):
 
 
 def box(low_enu_m: Vector, high_enu_m: Vector) -> Fence:
-    """The fence of a box."""
+    """The fence of a box.
+
+    Args:
+        low_enu_m, high_enu_m: opposite corners, (east, north, up).
+    """
     (west, south, low), (east, north, high) = low_enu_m, high_enu_m
     return Fence(((west, south), (east, south), (east, north), (west, north)), low, high)
 
 
 def fence_around(grid: Grid, margin_m: float, altitude_band_m: float) -> Fence:
-    """The grid's rectangle grown by a margin, and a band around its altitude that does not reach the ground."""
+    """The grid's rectangle grown by a margin, and a band around its altitude that does not reach the ground.
+
+    Args:
+        grid: cells and altitude.
+        margin_m: horizontal.
+        altitude_band_m: above and below the grid's altitude.
+    """
     west, south = grid.origin_enu_m
     east, north = west + grid.width * grid.resolution_m, south + grid.height * grid.resolution_m
     low = grid.altitude_m - altitude_band_m
@@ -133,7 +143,13 @@ def _encloses(fence: Fence, point: Point) -> bool:
 
 
 def stopping_speed_m_s(distance_m: float, braking_m_s2: float, reaction_s: float) -> float:
-    """Highest speed v from which v * reaction + v^2 / (2 braking) fits into a distance."""
+    """Highest speed v from which v * reaction + v^2 / (2 braking) fits into a distance.
+
+    Args:
+        distance_m: to the limit.
+        braking_m_s2: deceleration.
+        reaction_s: before braking begins.
+    """
     if distance_m <= 0.0:
         return 0.0
     # The root in the form that loses no digits for short distances.
@@ -202,6 +218,11 @@ def way_deeper(at: Point, fence: Fence, margin_m: float) -> Point | None:
     """Unit vector away from all edges that are nearer than a margin; None where it has that, or can have no more.
 
     `at` is inside. Where edges face each other within twice the margin the middle between them is enough.
+
+    Args:
+        at: (east, north) [m], inside.
+        fence: its corners.
+        margin_m: distance from an edge that is enough.
     """
     near = [(outward, margin_m - distance) for outward, distance in _lines(fence, at) if distance < margin_m]
     east = -sum(outward[0] * lacking for outward, lacking in near)
@@ -214,6 +235,11 @@ def place_inside(at: Point, fence: Fence, margin_m: float) -> Point:
     """The nearest place inside that is a margin off all edges, or as far as it can be. `at` is outside.
 
     From the nearest point of the fence it leads away from all that is near: out of a sharp corner along its bisector.
+
+    Args:
+        at: (east, north) [m], outside.
+        fence: its corners.
+        margin_m: distance from the edges that is wanted.
     """
     place = _nearest_of(at, fence)
     for _ in range(LONGEST_WAY):
@@ -225,7 +251,15 @@ def place_inside(at: Point, fence: Fence, margin_m: float) -> Point:
 
 
 def toward(place: Point, at: Point, fence: Fence, speed_m_s: float, braking: Braking) -> Point:
-    """The velocity from a point outside to a place inside, so slow that it does not leave again behind it."""
+    """The velocity from a point outside to a place inside, so slow that it does not leave again behind it.
+
+    Args:
+        place: (east, north) [m], inside.
+        at: (east, north) [m], outside.
+        fence: its corners.
+        speed_m_s: at most.
+        braking: deceleration and reaction time.
+    """
     size = math.dist(place, at)
     velocity = speed_m_s * (place[0] - at[0]) / size, speed_m_s * (place[1] - at[1]) / size
     return _shortened(velocity, _lines(fence, place), braking)

@@ -24,7 +24,12 @@ class FlownPath:
         self._answered_s: float | None = None
 
     def add(self, velocity_enu_m_s: Vector, now_s: float) -> None:
-        """This is commanded from now on."""
+        """This is commanded from now on.
+
+        Args:
+            velocity_enu_m_s: (east, north, up).
+            now_s: steady time.
+        """
         at = self.reached(now_s)
         self._last = now_s, velocity_enu_m_s
         self._times_s.append(now_s)
@@ -35,7 +40,11 @@ class FlownPath:
             del self._times_s[:old], self._reached[:old], self._velocities[:old]
 
     def reached(self, now_s: float) -> Vector:
-        """Where the commands lead until now, from where they began."""
+        """Displacement that the commands lead to until now, from where they began [m].
+
+        Args:
+            now_s: steady time.
+        """
         if self._last is None:
             return (0.0, 0.0, 0.0)
         last_s, velocity = self._last
@@ -44,7 +53,11 @@ class FlownPath:
         return east, north, up
 
     def since(self, then_s: float, now_s: float) -> Vector:
-        """How far they led since then, metres."""
+        """Displacement that they led to since then [m].
+
+        Args:
+            then_s, now_s: steady times.
+        """
         if self._last is None:
             return (0.0, 0.0, 0.0)
         then = bisect_left(self._times_s, then_s)
@@ -53,13 +66,20 @@ class FlownPath:
         return east, north, up
 
     def answered(self, asked_s: float) -> None:
-        """The vehicle has answered what was asked then: what was commanded before has reached it, or never will."""
+        """The vehicle has answered what was asked then: what was commanded before has reached it, or never will.
+
+        Args:
+            asked_s: steady time of the question.
+        """
         self._answered_s = max(asked_s, self._answered_s or asked_s)
 
     def under_way(self, now_s: float) -> Vector:
-        """How far those commands lead that may not have reached the vehicle yet; nowhere while it answers nothing.
+        """Displacement by those commands that may not have reached the vehicle yet [m]; 0 while it answers nothing.
 
         The fastest of them counts for FLOWN_ON_S more.
+
+        Args:
+            now_s: steady time.
         """
         if self._answered_s is None or not self._velocities:
             return (0.0, 0.0, 0.0)
@@ -71,5 +91,9 @@ class FlownPath:
 
 
 def moved(position: Vector, by: Vector) -> Vector:
-    """A position after a displacement, both (3,)."""
+    """A position after a displacement.
+
+    Args:
+        position, by: (east, north, up) [m].
+    """
     return position[0] + by[0], position[1] + by[1], position[2] + by[2]

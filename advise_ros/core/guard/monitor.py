@@ -149,21 +149,41 @@ class GuardMonitor:
             self._left_by_jump = ''  # It jumped back.
 
     def clock_bounds(self, low_s: float, high_s: float, now_s: float) -> None:
-        """Steady time minus the clock of the poses' stamps is between these (TIMESYNC); see `DelayWatch.bounded`."""
+        """Steady time minus the clock of the poses' stamps is between these (TIMESYNC); see `DelayWatch.bounded`.
+
+        Args:
+            low_s, high_s: bounds of the difference.
+            now_s: steady time.
+        """
         self._path.answered(now_s - (high_s - low_s))
         if self._delays.bounded(low_s, high_s, now_s):
             self._late_s = self._pose_delay_s = 0.0
 
     def round_trip(self, duration_s: float) -> None:
-        """A question to the vehicle is answered after this, seconds; what positions are not late of it, commands are."""
+        """A question to the vehicle was answered; what positions are not late of it, commands are.
+
+        Args:
+            duration_s: from question to answer.
+        """
         self.uplink(duration_s - self._pose_delay_s - self._settings.vehicle_delay_s)
 
     def uplink(self, delay_s: float) -> None:
-        """Commands are under way for this much longer than `vehicle_delay_s` allows for (s); the vehicle stands later."""
+        """Commands are under way for longer than `vehicle_delay_s` allows for; the vehicle stands later.
+
+        Args:
+            delay_s: how much longer.
+        """
         self._uplink_s = max(0.0, delay_s) if math.isfinite(delay_s) else self._uplink_s
 
     def command(self, command: Command, now_s: float, *, stamp_ns: int = 0, now_ns: int = 0) -> None:
-        """A command arrives now; its age and doubt are set here."""
+        """A command arrives now; its age and doubt are set here.
+
+        Args:
+            command: what is asked for.
+            now_s: steady time.
+            stamp_ns: of its header.
+            now_ns: our clock; 0 if it has not begun.
+        """
         doubt = self._command_stamps.doubt(stamp_ns, now_ns, now_s)
         self._command, self._command_s = command._replace(age_s=0.0, doubt=doubt), now_s
 
@@ -195,7 +215,11 @@ class GuardMonitor:
 
     # -- verdict -----------------------------------------------------------------------------
     def verdict(self, now_s: float) -> GuardVerdict | None:
-        """What may be flown now; None before the first command, unless the vehicle is or was brought back inside."""
+        """What may be flown now; None before the first command, unless the vehicle is or was brought back inside.
+
+        Args:
+            now_s: steady time.
+        """
         limits, position = self._limits_now(), self._position(now_s)
         self._moving = self._obeyed(now_s)
         command = None if self._command is None else self._command._replace(age_s=now_s - self._command_s)
@@ -208,7 +232,11 @@ class GuardMonitor:
         return verdict
 
     def position_doubt(self, now_s: float) -> str:
-        """Why the position is not to be trusted now, '' if it is."""
+        """Why the position is not to be trusted now, '' if it is.
+
+        Args:
+            now_s: steady time.
+        """
         late = self._lateness()
         return rules.pose_doubt(self._position(now_s), self._given) or (f'pose refused: {late}' if late else '')
 

@@ -85,5 +85,9 @@ class ReturnInside:
 
 
 def as_good(velocity: Vector, way: Vector) -> bool:
-    """Whether a velocity leads along a way at least as fast as that itself."""
+    """Whether a velocity leads along a way at least as fast as that itself does.
+
+    Args:
+        velocity, way: (east, north, up) [m/s].
+    """
     return sum(a * b for a, b in zip(velocity, way, strict=True)) >= math.hypot(*way) ** 2

@@ -137,7 +137,12 @@ def _finite(vector: Vector) -> bool:
 
 
 def limited(velocity: Vector, limits: Limits) -> tuple[Vector, str]:
-    """The velocity within the limits of speed, direction kept, and what limited it."""
+    """The velocity within the limits of speed, direction kept, and what limited it.
+
+    Args:
+        velocity: (east, north, up) [m/s].
+        limits: highest speeds.
+    """
     east, north, up = velocity
     horizontal = math.hypot(east, north)
     scale, reason = 1.0, ''
@@ -172,7 +177,12 @@ def must_brake(moving: Point, position: Position, limits: Limits) -> bool:
 
 
 def outside(limits: Limits, position: Vector) -> bool:
-    """Whether a position is outside the fence, in plan or in altitude."""
+    """Whether a position is outside the fence, in plan or in altitude.
+
+    Args:
+        limits: with the fence.
+        position: (east, north, up) [m].
+    """
     fence = limits.fence
     if fence is None:
         return False

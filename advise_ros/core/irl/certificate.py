@@ -23,7 +23,14 @@ STRICT_TOLERANCE = 1e-6
 
 
 def certified(problem: Problem, value: Floats, duals: Duals, solver: str) -> Solution:
-    """The point that a value makes, with a proven bound."""
+    """The solution that a value makes, with a proven bound.
+
+    Args:
+        problem: equation (1).
+        value: (n,) v; the reward and the slacks follow from it.
+        duals: multipliers that the bound is made of.
+        solver: its name.
+    """
     point = _point(problem, value)
     objective, bound = _objective(problem, *point), upper_bound(problem, duals)
     return Solution(*point, objective=objective, bound=bound, solver=solver, duals=duals)

@@ -74,17 +74,30 @@ class Pairs(NamedTuple):
         return mdp.outcomes(self.states, self.better) - mdp.outcomes(self.states, self.worse)
 
     def margins(self, expected: Floats) -> Floats:
-        """(m,) the rows times v, from `Mdp.expected` of v."""
+        """(m,) the rows times v.
+
+        Args:
+            expected: (n_actions, n) `Mdp.expected` of v.
+        """
         return expected[self.better, self.states] - expected[self.worse, self.states]
 
     def weighted(self, mdp: Mdp, weights: Floats) -> Floats:
-        """(n,) the transposed rows times weights (m,)."""
+        """(n,) the transposed rows times weights.
+
+        Args:
+            mdp: the process.
+            weights: (m,).
+        """
         n, shape = mdp.n_states, mdp.n_states * mdp.n_actions
         share = np.bincount(self.better * n + self.states, weights, shape)
         return mdp.stacked.T @ (share - np.bincount(self.worse * n + self.states, weights, shape))
 
     def of(self, owners: Ints) -> Ints:
-        """(m,) the position of each row's state in `owners`, which are ascending."""
+        """(m,) the position of each row's state in `owners`.
+
+        Args:
+            owners: (k,) states, ascending.
+        """
         return np.searchsorted(owners, self.states)
 
 
@@ -112,11 +125,19 @@ class Problem(NamedTuple):
     advice_pairs: Pairs
 
     def backup(self, value: Floats) -> Floats:
-        """(n,) the reward that a value belongs to, r = v - gamma Pbar v."""
+        """(n,) the reward that a value belongs to, r = v - gamma Pbar v.
+
+        Args:
+            value: (n,) v.
+        """
         return value - self.mdp.gamma * (self.mixed @ value)
 
     def backup_transposed(self, flow: Floats) -> Floats:
-        """(n,) y - gamma Pbar' y."""
+        """(n,) y - gamma Pbar' y.
+
+        Args:
+            flow: (n,) y.
+        """
         return flow - self.mdp.gamma * (self.mixed.T @ flow)
 
 
@@ -163,7 +184,12 @@ class Solution(NamedTuple):
 
 
 def favourites(n_states: int, n_actions: int, states: Ints, actions: Ints) -> Ints:
-    """(n,) a* from demonstrated moves (k,), repeats count: the most frequent, ties to the lowest; -1 without one."""
+    """(n,) a*: the most frequent action of each state, ties to the lowest; -1 without a move.
+
+    Args:
+        n_states, n_actions: sizes.
+        states, actions: (k,) demonstrated moves; repeats count.
+    """
     taken = np.bincount(states * n_actions + actions, minlength=n_states * n_actions).reshape(n_states, n_actions)
     return np.where(taken.any(axis=1), taken.argmax(axis=1), -1)
 

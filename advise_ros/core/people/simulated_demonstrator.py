@@ -86,7 +86,13 @@ def _wrong_action(optimal: Bools, rng: np.random.Generator) -> int:
 
 
 def behaviour(task: KnownTask, person: Demonstrator, mistakes: Ints) -> Floats:
-    """(n, n_actions) how often the person takes each action in each state; mistakes (n,) as of `draw_mistakes`."""
+    """(n, n_actions) probability that the person takes each action in each state.
+
+    Args:
+        task: the process with its reward.
+        person: how often errors are made.
+        mistakes: (n,) as of `draw_mistakes`.
+    """
     n, n_actions = task.optimal.shape
     acting = task.process.acting
     shares = np.zeros((n, n_actions))

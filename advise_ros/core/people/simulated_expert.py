@@ -63,7 +63,12 @@ def reply(expert: Expert, right: Bools, rng: np.random.Generator) -> Reply:
 
 
 def without_error(expert: Expert, right: Bools) -> tuple[tuple[int, ...], tuple[int, ...]]:
-    """Preferred and avoided actions for states with the right actions (m, n_actions)."""
+    """Preferred and avoided actions of an expert who does not err.
+
+    Args:
+        expert: which actions count as preferred and avoided.
+        right: (m, n_actions) right actions of the states asked about.
+    """
     votes = right.sum(axis=0)
     enough = min(float(votes.max()), len(right) / 2) if expert.prefer == 'majority' else float(votes.max())
     preferred = np.flatnonzero(votes >= max(enough, 1))

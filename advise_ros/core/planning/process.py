@@ -56,15 +56,27 @@ class Mdp:
         return same
 
     def expected(self, value: Floats) -> Floats:
-        """(n_actions, n) the mean of a value (n,) over the outcomes of each action in each state."""
+        """(n_actions, n) the mean of a value over the outcomes of each action in each state.
+
+        Args:
+            value: (n,).
+        """
         return (self.stacked @ value).reshape(self.n_actions, self.n_states)
 
     def outcomes(self, states: Ints, actions: Ints) -> sparse.csr_array:
-        """(m, n) rows P(. | s, a) of m pairs."""
+        """(m, n) rows P(. | s, a) of m pairs.
+
+        Args:
+            states, actions: (m,).
+        """
         return self.stacked[actions * self.n_states + states]
 
     def under(self, shares: Floats) -> sparse.csr_array:
-        """(n, n) transitions when each state's actions are mixed by `shares` (n, n_actions)."""
+        """(n, n) transitions when each state's actions are mixed.
+
+        Args:
+            shares: (n, n_actions) probabilities of the actions.
+        """
         n, n_actions = shares.shape
         columns = np.arange(n)[:, None] + n * np.arange(n_actions)
         rows = np.arange(0, n * n_actions + 1, n_actions)
@@ -84,6 +96,11 @@ class Transitions(NamedTuple):
 
 def from_transitions(n_states: int, n_actions: int, gamma: float, transitions: Transitions) -> Mdp:
     """A process from its list of transitions; entries that name the same outcome twice add up.
+
+    Args:
+        n_states, n_actions: sizes.
+        gamma: discount.
+        transitions: entries; what is not named is 0.
 
     Raises:
         InputError: an index is out of range, a probability negative or no number, or the probabilities of an
@@ -157,6 +174,11 @@ def mdp_of(grid: Grid, slip: float, gamma: float) -> Mdp:
     """The grid as a decision process: a move succeeds, or with probability `slip` another one is made.
 
     The end of a flight (goal or blocked cell) keeps its state for ever, so its reward counts as r / (1 - gamma).
+
+    Args:
+        grid: cells and waypoints.
+        slip: probability of another move, 0 to 1.
+        gamma: discount, below 1.
     """
     table = successors(grid)
     moves = [_moves(table[:, action]) for action in range(N_ACTIONS)]
@@ -212,19 +234,34 @@ def _evaluated(chosen: sparse.csr_array, reward: Floats, gamma: float) -> Floats
 
 
 def greedy(q: Floats) -> Ints:
-    """Best action of each state (n,); ties go to the lowest index."""
+    """Best action of each state (n,); ties go to the lowest index.
+
+    Args:
+        q: (n, n_actions).
+    """
     return first_best(q)
 
 
 def boltzmann(q: Floats, temperature: float) -> Floats:
-    """The policy of equation (3), exp(Q / temperature) normalised, (n, n_actions)."""
+    """The policy of equation (3), exp(Q / temperature) normalised, (n, n_actions).
+
+    Args:
+        q: (n, n_actions).
+        temperature: above 0.
+    """
     scores = np.exp((q - q.max(axis=1, keepdims=True)) / temperature)
     distributions: Floats = scores / scores.sum(axis=1, keepdims=True)
     return distributions
 
 
 def occupancy(mdp: Mdp, policy: Floats, start: Floats) -> Floats:
-    """Discounted expected visits (n,) to each state, from a start distribution (n,) under a policy (n, n_actions)."""
+    """(n,) discounted expected visits to each state.
+
+    Args:
+        mdp: the process.
+        policy: (n, n_actions) probabilities.
+        start: (n,) distribution of the first state.
+    """
     system = sparse.eye_array(mdp.n_states) - mdp.gamma * mdp.under(policy).T
     visits: Floats = splu(system.tocsc()).solve(start)
     return visits

@@ -65,12 +65,25 @@ class Rollout(NamedTuple):
 
 
 def step_budget(grid: Grid, start_state: int, factor: float) -> int:
-    """Moves before the battery is spent: `factor` times the shortest route."""
+    """Moves before the battery is spent: `factor` times the shortest route.
+
+    Args:
+        grid: cells and waypoints.
+        start_state: where the flight begins.
+        factor: times the shortest route.
+    """
     return int(factor * shortest_route(grid, start_state))
 
 
 def rollout(grid: Grid, greedy: Sequence[int], start_state: int, step_budget: int) -> Rollout:
-    """Follow the greedy actions until the flight ends or the budget is spent."""
+    """Follow the greedy actions until the flight ends or the budget is spent.
+
+    Args:
+        grid: cells and waypoints.
+        greedy: (n,) action of each state.
+        start_state: where the flight begins.
+        step_budget: most moves.
+    """
     states = [start_state]
     while not grid.is_terminal(states[-1]) and len(states) <= step_budget:
         states.append(grid.successor(states[-1], int(greedy[states[-1]])))

@@ -43,6 +43,11 @@ def piqp(problem: Problem, _: float) -> Solution:
 def piqp_program(program: Program, n: int, tolerance: float = TOLERANCE) -> Ended:
     """A program whose first n rows are equations, by PIQP.
 
+    Args:
+        program: as of `write`.
+        n: states, so the number of equations.
+        tolerance: absolute and relative, of residuals and gap.
+
     Raises:
         InputError: the package is missing.
     """

@@ -55,7 +55,12 @@ def write(problem: Problem) -> Program:
 
 
 def duals(problem: Problem, multipliers: Floats) -> Duals:
-    """What the certificate needs, from a multiplier of each row, positive where a row's lower bound binds."""
+    """What the certificate needs.
+
+    Args:
+        problem: equation (1).
+        multipliers: (rows,) one a row, positive where its lower bound binds.
+    """
     n, m = problem.mdp.n_states, len(problem.demonstration_pairs.states)
     return Duals(multipliers[:n], multipliers[n : n + m], multipliers[n + m :])
 

@@ -46,7 +46,12 @@ class Direction(NamedTuple):
     z: Floats
 
     def plus(self, other: Direction, share: float) -> Direction:
-        """This and a share of another."""
+        """This direction plus a multiple of another.
+
+        Args:
+            other: the other direction.
+            share: its factor.
+        """
         return Direction(*(a + share * b for a, b in zip(self, other, strict=True)))
 
 
@@ -189,7 +194,13 @@ class Blocks:
         return -(self._columns @ np.concatenate([flow, point.z[self._at.s]]))
 
     def direction(self, weights: Weights, aim: Floats | float, residual: Floats | None = None) -> Direction:
-        """The changes with d dx + dz = aim z that take the residual away."""
+        """The changes with d dx + dz = aim z that take the residual away.
+
+        Args:
+            weights: of `weigh`, for the point.
+            aim: number, or one for each variable (k,).
+            residual: (n,) to be taken away; None: 0.
+        """
         at, margins, d = self._at, self._margins, weights.d
         n = at.p.stop
         wanted = aim * weights.z

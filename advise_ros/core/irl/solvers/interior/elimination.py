@@ -172,7 +172,11 @@ class System:
         self._factors = factors
 
     def factor(self, theta: Floats, edges: Floats) -> None:
-        """Take new weights: theta (n,) and those of the pairs of actions, (n_edges * n,).
+        """Take new weights.
+
+        Args:
+            theta: (n,) of the rewards.
+            edges: (n_edges * n,) of the pairs of actions.
 
         Raises:
             AdviseError: K is not positive definite in floating point.
@@ -183,5 +187,9 @@ class System:
         self._factors.factor(data)
 
     def solve(self, right: Floats) -> Floats:
-        """(n,) dv of the newest weights."""
+        """(n,) dv of the newest weights.
+
+        Args:
+            right: (n,) right-hand side.
+        """
         return self._factors.solve(right)

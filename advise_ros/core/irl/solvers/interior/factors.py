@@ -37,12 +37,19 @@ class Factors(Protocol):
     def factor(self, data: Floats) -> None:
         """Take the entries of the upper triangle.
 
+        Args:
+            data: entries in the order of the pattern.
+
         Raises:
             AdviseError: the matrix is not positive definite in floating point.
         """
 
     def solve(self, right: Floats) -> Floats:
-        """(n,) the solution, with the newest entries."""
+        """(n,) the solution, with the newest entries.
+
+        Args:
+            right: (n,) right-hand side.
+        """
 
     def release(self) -> None:
         """Give back what is as large as the factors; what depends on the pattern alone may stay."""

@@ -59,15 +59,29 @@ class Margins(NamedTuple):
     mesh: Mesh
 
     def total(self, of_rows: Floats) -> Floats:
-        """(margins,) sums over the rows of each margin."""
+        """(margins,) sums over the rows of each margin.
+
+        Args:
+            of_rows: (m,).
+        """
         return np.add.reduceat(of_rows, self.start) if len(self.start) else np.zeros(0)
 
     def spread(self, of_margins: Floats) -> Floats:
-        """(m,) for each row what its margin has."""
+        """(m,) the value of each row's margin.
+
+        Args:
+            of_margins: (margins,).
+        """
         return np.repeat(of_margins, self.lengths)
 
     def weights(self, d: Floats, d_0: Floats, total: Floats) -> Floats:
-        """(n_edges * n,) of all pairs of actions, from those of the rows (m,), of what bounds, and of both (margins,)."""
+        """(n_edges * n,) weights of all pairs of actions in all states.
+
+        Args:
+            d: (m,) weights of the rows.
+            d_0: (margins,) weights of what bounds each margin.
+            total: (margins,) d_0 plus the rows' weights.
+        """
         mesh, n, n_actions = self.mesh, self.mdp.n_states, self.mdp.n_actions
         ground = d * (d_0 / total)[self.owner]
         between = d[mesh.one] * d[mesh.other] / total[self.owner[mesh.one]]
@@ -78,7 +92,12 @@ class Margins(NamedTuple):
 
 
 def margins_of(problem: Problem, edge: Ints) -> Margins:
-    """The margins of a problem, with (n_actions, n_actions) numbers of the pairs of actions."""
+    """The margins of a problem.
+
+    Args:
+        problem: equation (1).
+        edge: (n_actions, n_actions) number of each pair of actions.
+    """
     mdp, shown, advised = problem.mdp, problem.demonstration_pairs, problem.advice_pairs
     distinct = ~mdp.alike[shown.states, shown.better, shown.worse]
     kept = np.flatnonzero(distinct & (problem.terms.lambda_t > 0.0))  # Margins that nothing pays for stay out.
