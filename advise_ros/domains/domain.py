@@ -92,7 +92,11 @@ class Domain:
         return np.where(self.ended, -1, self.optimal.argmax(axis=1))
 
     def performance(self, policy: Floats) -> float:
-        """Exact expected performance of a policy (n, n_actions) from `start`, in the measure's unit."""
+        """Exact expected performance of a policy from `start`, in the measure's unit.
+
+        Args:
+            policy: (n, n_actions) probabilities.
+        """
         backwards = self.mdp.under(policy).T.tocsr()
         here, collected = self.start, 0.0
         for _ in range(self.horizon):
@@ -110,13 +114,21 @@ class Domain:
 
 
 def split_ties(best: Bools) -> Floats:
-    """(n, n_actions) policy that divides itself evenly among the best actions; among all where none is."""
+    """(n, n_actions) policy that divides itself evenly among the best actions; among all where none is.
+
+    Args:
+        best: (n, n_actions) which actions are best.
+    """
     chosen = np.where(best.any(axis=1, keepdims=True), best, True)
     shares: Floats = chosen / chosen.sum(axis=1, keepdims=True)
     return shares
 
 
 def uniform_over(states: Bools) -> Floats:
-    """(n,) the uniform distribution over some states."""
+    """(n,) the uniform distribution over some states.
+
+    Args:
+        states: (n,) which.
+    """
     share: Floats = states / states.sum()
     return share

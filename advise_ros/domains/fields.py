@@ -51,7 +51,13 @@ class Fields(NamedTuple):
         return found
 
     def number(self, name: str, least: float, most: float, default: float | None = None) -> float:
-        """A number within its bounds, both included."""
+        """A number within its bounds, both included.
+
+        Args:
+            name: of the field.
+            least, most: bounds.
+            default: if the field is missing; None: it must be there.
+        """
         if default is not None and name not in self.arrays:
             return default
         value = float(self.array(name, 0, 'iuf'))

@@ -75,7 +75,13 @@ class Companion:
         self._resting = ''
 
     def observe(self, message: Message, at_s: float, address: Address | None = None) -> bool:
-        """Take a message in; False if it is not from our autopilot."""
+        """Take a message in; False if it is not from our autopilot.
+
+        Args:
+            message: of any sender.
+            at_s: steady time of arrival.
+            address: its sender's, None on a link that has none.
+        """
         motion = self.vehicle.motion
         ours = self.vehicle.observe(message, at_s, address)
         if ours and message.get_msgId() == mav.TIMESYNC:
@@ -97,7 +103,12 @@ class Companion:
         self.vehicle.doubt = self._estimator.doubt(at_s)
 
     def step(self, now_s: float, link_problem: str = '') -> list[Message]:
-        """What to send now; call it after messages and at least ten times a second."""
+        """What to send now; call it after messages and at least ten times a second.
+
+        Args:
+            now_s: steady time.
+            link_problem: why the link may carry nothing, '' if it does.
+        """
         self._link_problem = link_problem
         out = self._own_heartbeat(now_s)
         connected = self.vehicle.connected(now_s)
@@ -141,7 +152,13 @@ class Companion:
 
     # -- requests ----------------------------------------------------------------------------
     def ask(self, goal: Goal, now_s: float, altitude_m: float = 0.0) -> GoalRequest:
-        """Begin a goal; its reply is set at once or by a later step, within REPLY_S."""
+        """Begin a goal; its reply is set at once or by a later step, within REPLY_S.
+
+        Args:
+            goal: what is asked for.
+            now_s: steady time.
+            altitude_m: of a take-off, above home.
+        """
         request = GoalRequest(goal, now_s, altitude_m)
         if self._machine is None or not self.vehicle.connected(now_s):
             request.answer(False, f'{goal.value} refused: {self._no_link()}')
@@ -164,7 +181,11 @@ class Companion:
 
     # -- status ------------------------------------------------------------------------------
     def commandable(self, now_s: float) -> bool:
-        """Whether velocity setpoints reach the vehicle and are obeyed."""
+        """Whether velocity setpoints reach the vehicle and are obeyed.
+
+        Args:
+            now_s: steady time.
+        """
         linked = self._machine is not None and self.vehicle.connected(now_s) and not self._resting
         return linked and self._machine is not None and self._machine.commandable
 
@@ -188,12 +209,21 @@ class Companion:
         return self._machine.setpoint(self.vehicle.target, velocity_enu_m_s, yaw_rate_rad_s, now_s, doubt)
 
     def farewell(self, now_s: float) -> list[Message]:
-        """What to send before we leave: a vehicle that we fly shall stand."""
+        """What to send before we leave: a vehicle that we fly shall stand.
+
+        Args:
+            now_s: steady time.
+        """
         flown = self._machine is not None and self.vehicle.connected(now_s) and not self._resting
         return self._machine.farewell(now_s) if flown and self._machine is not None else []
 
     def rest(self, why: str, now_s: float) -> list[Message]:
-        """What makes the vehicle stand; until `resume` nothing arms or moves it, but for a landing and disarming."""
+        """What makes the vehicle stand; until `resume` nothing arms or moves it, but for a landing and disarming.
+
+        Args:
+            why: shown while it rests.
+            now_s: steady time.
+        """
         out = self.farewell(now_s)
         self._resting = why
         if self._machine is not None:
@@ -205,7 +235,11 @@ class Companion:
         self._resting = ''
 
     def status(self, now_s: float) -> Status:
-        """What is known at this time."""
+        """The vehicle's status.
+
+        Args:
+            now_s: steady time.
+        """
         vehicle, machine = self.vehicle, self._machine
         connected = vehicle.connected(now_s)
         if machine is None or not connected:

@@ -65,11 +65,20 @@ class Estimator:
         }
 
     def doubt(self, now_s: float) -> str:
-        """Why the position is not to be trusted at a steady time, '' if it is."""
+        """Why the position is not to be trusted, '' if it is.
+
+        Args:
+            now_s: steady time.
+        """
         return '; '.join(words for words, until_s in self._reasons.values() if now_s < until_s)
 
     def take(self, message: Message, at_s: float) -> None:
-        """A message of the autopilot that arrived at `at_s` (steady)."""
+        """Take a message of the autopilot.
+
+        Args:
+            message: of any kind.
+            at_s: steady time of arrival.
+        """
         handler = self._handlers.get(message.get_msgId())
         if handler is not None:
             handler(message, at_s)
@@ -158,7 +167,14 @@ class GpsWatch:
         self._at_s = 0.0
 
     def apart(self, message: Message, motion: Motion, at_s: float, *, in_air: bool) -> str:
-        """How far the GPS is off the position, in words; '' if it is near or the vehicle on the ground."""
+        """How far the GPS is off the position, in words; '' if it is near or the vehicle on the ground.
+
+        Args:
+            message: with the GPS's position.
+            motion: position and velocity by the estimator.
+            at_s: steady time of arrival.
+            in_air: whether the vehicle flies.
+        """
         east, north = self._local_m(message)
         x, y, _ = motion.position_enu_m
         now = east - x, north - y

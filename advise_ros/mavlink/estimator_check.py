@@ -62,7 +62,12 @@ class EstimatorWatch:
         return missing if self._gps is not None else [*missing, GPS_RAW_INT]
 
     def observe(self, message: Message, now_s: float) -> None:
-        """Take in a message of the autopilot."""
+        """Take in a message of the autopilot.
+
+        Args:
+            message: of the autopilot.
+            now_s: steady time.
+        """
         if message.get_msgId() == GPS_RAW_INT:
             self._gps = message
         elif message.get_msgId() == ESTIMATOR[self._autopilot]:

@@ -48,7 +48,11 @@ class Room(NamedTuple):
     braking_m_s2: float = 2.0
 
     def fly_on_m(self, timeout_s: float) -> float:
-        """How far it flies after the last setpoint at full speed, until it stands."""
+        """How far it flies after the last setpoint at full speed, until it stands [m].
+
+        Args:
+            timeout_s: after which the autopilot brakes.
+        """
         return self.speed_m_s * timeout_s + self.speed_m_s**2 / (2.0 * self.braking_m_s2)
 
 
@@ -71,5 +75,12 @@ def wrong(what: str, remedy: str, change: Change | None = None) -> Finding:
 
 
 def set_to(name: str, value: float, why: str, besides: str = '') -> tuple[str, Change]:
-    """A remedy in words, and as a change."""
+    """A remedy in words, and as a change.
+
+    Args:
+        name: of the parameter.
+        value: to be written.
+        why: it is wrong now.
+        besides: what else helps, '' if nothing.
+    """
     return f'set {name} to {value:g}{besides}', Change(name, value, why)

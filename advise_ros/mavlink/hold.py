@@ -86,7 +86,12 @@ class Hold:
             self._height_m, self._height_s = motion.position_enu_m[2] + STOP_S * motion.velocity_enu_m_s[2], now_s
 
     def stand_at(self, motion: Motion, now_s: float) -> None:
-        """It stands on the ground: it is to climb over this place, whatever velocity its estimate has."""
+        """The vehicle stands on the ground: it is to climb above this place, whatever velocity its estimate has.
+
+        Args:
+            motion: position and velocity by the estimator.
+            now_s: steady time.
+        """
         self._plan, self._height_m, self._asked_s = motion.position_enu_m[:2], None, now_s
         self._plan_s = now_s
 

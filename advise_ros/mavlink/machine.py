@@ -192,19 +192,36 @@ class Machine(ABC):
             self._task.give_up('the bridge was deactivated')
 
     def observe(self, message: Message, now_s: float) -> None:
-        """A message of the autopilot has arrived; its facts are taken in already."""
+        """A message of the autopilot has arrived; its facts are taken in already.
+
+        Args:
+            message: of the autopilot.
+            now_s: steady time.
+        """
         return
 
     # -- setpoints ---------------------------------------------------------------------------
     def setpoint(
         self, target: tuple[int, int], velocity_enu_m_s: Vector, yaw_rate_rad_s: float, now_s: float, doubt: str,
     ) -> Message:
-        """A velocity as this autopilot is to be asked for it; `doubt` is why its position is not to be trusted, '' if it is."""
+        """A velocity as this autopilot is to be asked for it.
+
+        Args:
+            target: system and component id.
+            velocity_enu_m_s: (east, north, up).
+            yaw_rate_rad_s: counter-clockwise.
+            now_s: steady time.
+            doubt: why the position is not to be trusted, '' if it is.
+        """
         return mav.velocity_setpoint(target, int(now_s * 1000), velocity_enu_m_s, yaw_rate_rad_s)
 
     # -- steps -------------------------------------------------------------------------------
     def step(self, now_s: float) -> list[Message]:
-        """What to send now."""
+        """What to send now.
+
+        Args:
+            now_s: steady time.
+        """
         self._failsafe.look(self._vehicle, self.mode, now_s, own=self._vehicle.custom_mode == self.own_mode)
         self._watch_holder()
         if self.commandable:

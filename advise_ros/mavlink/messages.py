@@ -122,12 +122,25 @@ def command(target: tuple[int, int], number: int, *params: float) -> Message:
 
 
 def message_interval(target: tuple[int, int], message_id: int, rate_hz: float) -> Message:
-    """SET_MESSAGE_INTERVAL, which wants microseconds."""
+    """SET_MESSAGE_INTERVAL, which wants microseconds.
+
+    Args:
+        target: system and component id.
+        message_id: what is asked for.
+        rate_hz: how often.
+    """
     return command(target, CMD_MESSAGE_INTERVAL, float(message_id), round(1e6 / rate_hz))
 
 
 def velocity_setpoint(target: tuple[int, int], time_boot_ms: int, velocity_enu_m_s: Vector, yaw_rate_rad_s: float) -> Message:
-    """SET_POSITION_TARGET_LOCAL_NED from a velocity in ENU and a yaw rate counter-clockwise seen from above."""
+    """SET_POSITION_TARGET_LOCAL_NED with a velocity.
+
+    Args:
+        target: system and component id.
+        time_boot_ms: ours.
+        velocity_enu_m_s: (east, north, up).
+        yaw_rate_rad_s: counter-clockwise seen from above.
+    """
     return dialect.MAVLink_set_position_target_local_ned_message(
         time_boot_ms & 0xFFFFFFFF, *target, FRAME_LOCAL_NED, MASK_VELOCITY_YAW_RATE,
         0.0, 0.0, 0.0, *ned_from_enu(velocity_enu_m_s), 0.0, 0.0, 0.0,
@@ -142,6 +155,13 @@ def place_setpoint(
     """SET_POSITION_TARGET_LOCAL_NED with a place where there is one, else the velocity, axis by axis in ENU.
 
     What is ignored is 0, never NaN; with no yaw rate PX4 holds its heading.
+
+    Args:
+        target: system and component id.
+        time_boot_ms: ours.
+        place_enu_m: (east, north, up); None on an axis without a place.
+        velocity_enu_m_s: (east, north, up), where there is no place.
+        yaw_rate_rad_s: counter-clockwise seen from above.
     """
     east, north, up = place_enu_m
     places = north, east, None if up is None else -up

@@ -69,7 +69,14 @@ class FailsafeWatch:
         self._explained_s = -math.inf
 
     def look(self, vehicle: Vehicle, mode: str, now_s: float, *, own: bool = False) -> None:
-        """Take in what the vehicle says now; `mode` is the name of its mode, `own` whether it is that of our setpoints."""
+        """Take in the vehicle's present state.
+
+        Args:
+            vehicle: its facts.
+            mode: name of its mode.
+            now_s: steady time.
+            own: whether that is the mode of our setpoints.
+        """
         if vehicle.custom_mode != self._mode:
             self._mode, self._mode_s, self._by_text = vehicle.custom_mode, now_s, ''
         text_s = vehicle.failsafe_text_at_s

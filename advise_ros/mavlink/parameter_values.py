@@ -24,14 +24,25 @@ def decode(message: Message, *, bytewise: bool) -> float:
 
 
 def encode(value: float, kind: int, *, bytewise: bool) -> float:
-    """What stands in the float of a PARAM_SET for a value of MAV_PARAM_TYPE `kind`."""
+    """What stands in the float of a PARAM_SET for a value of MAV_PARAM_TYPE `kind`.
+
+    Args:
+        value: of the parameter.
+        kind: its MAV_PARAM_TYPE.
+        bytewise: as PX4 does; else as ArduPilot does.
+    """
     if bytewise and kind in INTEGERS:
         return float(struct.unpack('<f', struct.pack('<i', round(value)))[0])
     return value
 
 
 def as_carried(value: float, kind: int) -> float:
-    """The value that comes back of one that is written: whole, or rounded to 32 bits."""
+    """The value that comes back of one that is written: whole, or rounded to 32 bits.
+
+    Args:
+        value: that is written.
+        kind: its MAV_PARAM_TYPE.
+    """
     if kind in INTEGERS:
         return float(round(value))
     return float(struct.unpack('<f', struct.pack('<f', value))[0])

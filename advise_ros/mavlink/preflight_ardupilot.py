@@ -46,7 +46,12 @@ def _guid_timeout(values: Values, room: Room | None) -> Finding | None:
 
 
 def past(timeout_s: float, room: Room | None) -> str:
-    """How far it leaves our fence when this computer dies, as the end of a sentence."""
+    """How far it leaves our fence when this computer dies, as the end of a sentence.
+
+    Args:
+        timeout_s: after which the autopilot brakes.
+        room: what our fence leaves; None without one.
+    """
     if room is None:
         return ''
     return f', up to {room.fly_on_m(timeout_s):.1f} m past our own fence at {room.speed_m_s:g} m/s'

@@ -50,7 +50,12 @@ class RateWatch:
         self._watched.clear()
 
     def due(self, wanted: Iterable[tuple[int, float]], now_s: float) -> list[Message]:
-        """What to send now for (message id, rate in Hz) pairs."""
+        """Requests to send now.
+
+        Args:
+            wanted: pairs of message id and rate [Hz].
+            now_s: steady time.
+        """
         target = self._vehicle.target
         if target is None:
             return []

@@ -40,7 +40,12 @@ class Readings:
         return not missing or times > TRIES or (missing <= self._optional and times > OPTIONAL_TRIES)
 
     def step(self, target: tuple[int, int], now_s: float) -> list[Message]:
-        """What to send now."""
+        """What to send now.
+
+        Args:
+            target: system and component id.
+            now_s: steady time.
+        """
         asked_s, times = self._asked
         if self.done or (times and now_s - asked_s < ASK_S):
             return []

@@ -74,7 +74,11 @@ class Repeated:
         self._in_progress = False
 
     def due(self, now_s: float) -> list[Message]:
-        """The command if it is time to send it."""
+        """The command if it is time to send it.
+
+        Args:
+            now_s: steady time.
+        """
         if self._accepted or self._in_progress or self._tries >= TRIES or now_s - self._sent_s < RETRY_S:
             return []
         self._first_s = min(self._first_s, now_s)
@@ -83,7 +87,12 @@ class Repeated:
         return [self._message]
 
     def progress(self, vehicle: Vehicle, now_s: float) -> Progress:
-        """How the autopilot answered; a refusal is reported after its text had time to come."""
+        """How the autopilot answered; a refusal is reported after its text had time to come.
+
+        Args:
+            vehicle: with the acknowledgements that came.
+            now_s: steady time.
+        """
         result = vehicle.ack_since(int(self._message.command), self._first_s)
         self._accepted = self._accepted or result == mav.ACK_ACCEPTED
         self._in_progress = result == mav.ACK_IN_PROGRESS and now_s - self._sent_s < IN_PROGRESS_S

@@ -69,7 +69,12 @@ class SetpointWatch:
         return self._seen_sent_s is not None
 
     def sent(self, velocity_ned_m_s: Vector, now_s: float) -> None:
-        """We send this velocity."""
+        """We send this velocity.
+
+        Args:
+            velocity_ned_m_s: (north, east, down).
+            now_s: steady time.
+        """
         self._first_s = min(self._first_s, now_s)
         if self._sent and self._sent[-1].velocity_ned_m_s == velocity_ned_m_s:
             self._sent[-1] = self._sent[-1]._replace(last_s=now_s)
@@ -77,7 +82,12 @@ class SetpointWatch:
             self._sent.append(Sent(velocity_ned_m_s, now_s, now_s))
 
     def report(self, target: Message, now_s: float) -> None:
-        """The autopilot says what it follows (POSITION_TARGET_LOCAL_NED); reports that were overtaken are no news."""
+        """The autopilot says what it follows (POSITION_TARGET_LOCAL_NED); reports that were overtaken are no news.
+
+        Args:
+            target: the message.
+            now_s: steady time of arrival.
+        """
         if 0 <= self._newest_ms - int(target.time_boot_ms) < OVERTAKEN_MS:
             return
         self._newest_ms = int(target.time_boot_ms)

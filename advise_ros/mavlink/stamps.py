@@ -73,7 +73,12 @@ class ClockOffset:
         self._history: deque[tuple[float, float]] = deque(maxlen=SECONDS + 1)
 
     def seen(self, boot_s: float, at_s: float) -> float:
-        """A message of `boot_s` since boot arrived at `at_s`; returns the offset."""
+        """Take the time of a message; returns the offset [s].
+
+        Args:
+            boot_s: the autopilot's time since boot.
+            at_s: steady time of arrival.
+        """
         self._latest_s = high_s = at_s - boot_s
         self._window(high_s, at_s)
         if self.offset_s is None or high_s < self.offset_s:
@@ -93,7 +98,12 @@ class ClockOffset:
             self._least.popleft()
 
     def bounded(self, bounds: Bounds, at_s: float) -> None:
-        """A TIMESYNC answer; one of another time base (above what the last message allows) is no use."""
+        """A TIMESYNC answer; one of another time base (above what the last message allows) is no use.
+
+        Args:
+            bounds: of the offset.
+            at_s: steady time of arrival.
+        """
         if self.offset_s is None or bounds.low_s > self._latest_s:
             return
         self._bounded_s = at_s
@@ -135,7 +145,12 @@ class Stamper:
         return not self._simulated and self._clock.different_speeds
 
     def bounded(self, bounds: Bounds, at_s: float) -> None:
-        """TIMESYNC was answered at `at_s` (steady)."""
+        """TIMESYNC was answered.
+
+        Args:
+            bounds: of the offset.
+            at_s: steady time of arrival.
+        """
         self._clock.bounded(bounds, at_s)
 
     def stamp_ns(self, time_boot_ms: int, at_s: float, now_ns: int, now_s: float) -> int | None:

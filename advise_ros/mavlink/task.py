@@ -48,7 +48,12 @@ class GoalTask:
         self.enter(phase, request.begun_s)
 
     def enter(self, phase: GoalPhase, now_s: float) -> None:
-        """Go on to a phase."""
+        """Go on to a phase.
+
+        Args:
+            phase: the next one.
+            now_s: steady time.
+        """
         self.phase, self.phase_s, self._command = phase, now_s, None
 
     def finish(self, message: str = '', *, failed: bool = True) -> None:
@@ -64,7 +69,13 @@ class GoalTask:
             self.finish(f'{self.request.goal.value} given up: {why}')
 
     def wait_ready(self, missing: tuple[str, ...], timeout_s: float, now_s: float) -> None:
-        """Say what a take-off still waits for, or give it up after a while."""
+        """Say what a take-off still waits for, or give it up after a while.
+
+        Args:
+            missing: what is not ready, in words.
+            timeout_s: after which the goal fails.
+            now_s: steady time.
+        """
         waiting = ', '.join(missing)
         if self.request is None:
             return
@@ -74,7 +85,12 @@ class GoalTask:
             self.request.answer(True, f'take-off begins when the autopilot is ready; still waiting for: {waiting}')
 
     def send(self, now_s: float, number: int, *params: float) -> list[Message]:
-        """The phase's command, when it is time to send it."""
+        """The phase's command, when it is time to send it.
+
+        Args:
+            now_s: steady time.
+            number: of the try.
+        """
         if self._vehicle.target is None:
             return []
         if self._command is None:
@@ -82,7 +98,13 @@ class GoalTask:
         return self._command.due(now_s)
 
     def answer_of(self, what: str, missing: tuple[str, ...], now_s: float) -> Progress:
-        """How the phase's command stands; a refusal ends the goal, in words."""
+        """How the phase's command stands; a refusal ends the goal, in words.
+
+        Args:
+            what: the command, in words.
+            missing: what the autopilot says is not ready.
+            now_s: steady time.
+        """
         if self._command is None:
             return Progress.WAITING
         progress = self._command.progress(self._vehicle, now_s)

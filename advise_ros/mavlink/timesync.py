@@ -54,7 +54,11 @@ class Timesync:
         self._unsent.clear()
 
     def due(self, now_s: float) -> list[Message]:
-        """What to send now, at once."""
+        """What to send now, at once.
+
+        Args:
+            now_s: steady time.
+        """
         out = list(self._unsent)
         self._unsent.clear()
         if now_s - self._asked_s >= ASK_S:
@@ -67,7 +71,12 @@ class Timesync:
         return out
 
     def take(self, message: Message, at_s: float) -> None:
-        """A TIMESYNC of the autopilot that arrived at `at_s`: a question or the answer to one of ours."""
+        """Take a TIMESYNC of the autopilot: a question, or the answer to one of ours.
+
+        Args:
+            message: the TIMESYNC.
+            at_s: steady time of arrival.
+        """
         if not message.tc1:
             self._unsent.append(mav.dialect.MAVLink_timesync_message(round(at_s * NS), message.ts1))
             return
@@ -79,7 +88,11 @@ class Timesync:
         self._answered.append((at_s, at_s - asked_s))
 
     def round_trip_s(self, now_s: float) -> float | None:
-        """How long it takes there and back these days; None while no answer has come."""
+        """Recent round trip; None while no answer has come.
+
+        Args:
+            now_s: steady time.
+        """
         while len(self._answered) > 1 and now_s - self._answered[0][0] > RECENT_S:
             self._answered.popleft()
         if not self._answered:

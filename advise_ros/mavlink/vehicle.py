@@ -119,7 +119,11 @@ class Vehicle:
     _order: BootOrder = field(default_factory=BootOrder)
 
     def connected(self, now_s: float) -> bool:
-        """Whether its messages arrive. A bad link loses some heartbeats in a row; what comes between them shows that it lives."""
+        """Whether its messages arrive. A bad link loses some heartbeats in a row; what comes between them shows that it lives.
+
+        Args:
+            now_s: steady time.
+        """
         received = now_s - self.received_s <= self.heartbeat_timeout_s
         return received and now_s - self.heartbeat_at_s <= HEARTBEATS_LOST * self.heartbeat_timeout_s
 
@@ -134,7 +138,11 @@ class Vehicle:
         return self._order.reboots
 
     def trusted(self, now_s: float) -> Motion | None:
-        """Position and velocity that a place may be made from; None while they are old or the estimator is in doubt."""
+        """Position and velocity that a place may be made from; None while they are old or the estimator is in doubt.
+
+        Args:
+            now_s: steady time.
+        """
         fresh = self.motion is not None and now_s - self.motion.at_s <= FRESH_S
         return self.motion if fresh and not self.doubt else None
 
@@ -149,7 +157,13 @@ class Vehicle:
         return self.landed_state in (mav.IN_AIR, mav.TAKING_OFF, mav.LANDING)
 
     def observe(self, message: Message, now_s: float, address: Address | None = None) -> bool:
-        """Take a message in; False if it is somebody else's, or its numbers can't be true."""
+        """Take a message in; False if it is somebody else's, or its numbers can't be true.
+
+        Args:
+            message: of any sender.
+            now_s: steady time of arrival.
+            address: its sender's, None on a link that has none.
+        """
         message_id = message.get_msgId()
         source = (message.get_srcSystem(), message.get_srcComponent())
         if self.target is None and message_id == mav.HEARTBEAT and self._is_fit(message):
@@ -261,7 +275,11 @@ class Vehicle:
             self.failsafe_text, self.failsafe_text_at_s = self.text, now_s
 
     def forget_silent(self, now_s: float) -> None:
-        """Readiness and landed state that were not reported lately are unknown."""
+        """Readiness and landed state that were not reported lately are unknown.
+
+        Args:
+            now_s: steady time.
+        """
         for message_id, name, unknown in (
             (mav.EKF_STATUS_REPORT, 'ekf_flags', None), (mav.SYS_STATUS, 'health', None),
             (mav.EXTENDED_SYS_STATE, 'landed_state', 0), (mav.CURRENT_MODE, 'diverted', False),
@@ -271,7 +289,12 @@ class Vehicle:
                 setattr(self, name, unknown)
 
     def ack_since(self, command: int, since_s: float) -> int | None:
-        """Result of a command that was sent at `since_s`, or None so far."""
+        """Result of a command that was sent at `since_s`, or None so far.
+
+        Args:
+            command: its MAV_CMD number.
+            since_s: steady time of sending.
+        """
         for ack in reversed(self.acks):
             if ack.command == command and ack.at_s >= since_s:
                 return ack.result

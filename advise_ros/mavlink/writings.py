@@ -58,7 +58,12 @@ class Writings:
         return f'{change.name}: no answer to {TRIES} tries'
 
     def step(self, target: tuple[int, int], now_s: float) -> list[Message]:
-        """What to send now."""
+        """What to send now.
+
+        Args:
+            target: system and component id.
+            now_s: steady time.
+        """
         sent_s, times = self._sent
         if self.done or (times and now_s - sent_s < ASK_S):
             return []

@@ -87,7 +87,14 @@ def renewed(monitor: GuardMonitor, config: ChecksConfig, limits: rules.Limits, *
 
 
 def put_command(monitor: GuardMonitor, message: TwistStamped, now_s: float, now_ns: int) -> None:
-    """A command that arrives now, by steady time and by the node's clock."""
+    """Pass a command that arrives now to the guard.
+
+    Args:
+        monitor: the guard.
+        message: the command.
+        now_s: steady time.
+        now_ns: the node's clock.
+    """
     linear = message.twist.linear
     command = rules.Command((linear.x, linear.y, linear.z), message.header.frame_id, 0.0, message.twist.angular.z)
     monitor.command(command, now_s, stamp_ns=stamp_to_ns(message.header.stamp), now_ns=now_ns)

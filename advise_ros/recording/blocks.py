@@ -54,7 +54,13 @@ class Block(NamedTuple):
 
 
 def gather(data: bytes, kind: str, at: Integers) -> npt.NDArray[Any]:
-    """Values of a numpy type at byte offsets, aligned or not; every offset must lie inside."""
+    """Values of a numpy type at byte offsets, aligned or not; every offset must lie inside.
+
+    Args:
+        data: bytes.
+        kind: numpy type, e.g. '<f8'.
+        at: (n,) offsets; all of the value must lie inside.
+    """
     size = np.dtype(kind).itemsize
     if not at.size:
         return np.empty(0, dtype=kind)
@@ -113,6 +119,11 @@ def _same(data: bytes, at: int, length: int) -> Integers:
 
 def from_chunk(data: bytes, channels: Mapping[int, Channel], offsets: Integers) -> Block:
     """The block of message records at these offsets.
+
+    Args:
+        data: a chunk's records.
+        channels: by their ids.
+        offsets: (n,) of its message records.
 
     Raises:
         ValueError: a record is too short to be a message.

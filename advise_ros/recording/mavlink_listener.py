@@ -41,7 +41,12 @@ class MavlinkListener:
         self.positions = 0
 
     def poll(self, now_ns: int, steady_s: float) -> None:
-        """Hand on what arrived; `now_ns` is the node's clock, `steady_s` the monotonic time."""
+        """Hand on what arrived.
+
+        Args:
+            now_ns: the node's clock.
+            steady_s: monotonic time.
+        """
         for received in self._link.poll():
             self._take(received, now_ns, steady_s)
         if self.vehicle is not None and min(steady_s - self._position_s, steady_s - self._asked_s) > ASK_S:

@@ -67,7 +67,15 @@ class McapWriter:
         return channel_id
 
     def write(self, channel_id: int, log_time_ns: int, publish_time_ns: int, data: bytes, sequence: int) -> None:
-        """Append one message; the file keeps the order of the calls."""
+        """Append one message; the file keeps the order of the calls.
+
+        Args:
+            channel_id: of `add_channel`.
+            log_time_ns: of the recording.
+            publish_time_ns: of the publisher.
+            data: CDR bytes.
+            sequence: counts the messages of the channel.
+        """
         self._mcap.add_message(channel_id, log_time_ns, data, publish_time_ns, sequence)
         self.counts[channel_id] += 1
         self.span.add(log_time_ns)

@@ -72,7 +72,13 @@ def _places(fields: Any) -> Mapping[str, int]:
 
 
 def read(block: Block, rows: Integers, where: MessageLayout) -> Column:
-    """The messages at `rows`, in their order, as positions in the map frame (ENU); what is not valid is not a number."""
+    """PX4 messages as positions in the map frame (ENU); what is not valid is not a number.
+
+    Args:
+        block: of messages.
+        rows: (n,) which of them, in their order.
+        where: the fields of the channel's messages.
+    """
     data, starts, count = block.data, block.starts[rows], len(rows)
     fits = block.ends[rows] - starts >= where.size
     fits[fits] = gather(data, '<u2', starts[fits]) == PLAIN_CDR_LITTLE_ENDIAN

@@ -36,7 +36,12 @@ class SavedSession:
             session.restore(tuple(entry.record for entry in self.loaded.entries), last_query_id=self._asked)
 
     def commit(self, act: Callable[[Session], Outcome], stamp_ns: int) -> Outcome:
-        """Do `act` and write its record; when it cannot be written, nothing has happened and the code is NOT_SAVED."""
+        """Change the session and write its record; if it cannot be written, nothing has happened and the code is NOT_SAVED.
+
+        Args:
+            act: changes the session.
+            stamp_ns: of the entry.
+        """
         draft = copy.copy(self.session)
         outcome = act(draft)
         if outcome.record is not None and self._file is not None:

@@ -67,6 +67,10 @@ class SessionFile:
     def append_advice(self, record: AdviceRecord, stamp_ns: int) -> None:
         """Write an entry of the advice log; it is on the disk when this returns.
 
+        Args:
+            record: entry of the log.
+            stamp_ns: when it was accepted.
+
         Raises:
             AdviseError: it could not be written; the file is as before.
         """

@@ -74,7 +74,14 @@ class BagWriter:
         return len(self._topics)
 
     def write(self, topic: int, log_time_ns: int, publish_time_ns: int, data: bytes) -> None:
-        """Append one CDR message; the bag keeps the order of the calls."""
+        """Append one CDR message; the bag keeps the order of the calls.
+
+        Args:
+            topic: of `add_topic`.
+            log_time_ns: of the recording.
+            publish_time_ns: of the publisher.
+            data: CDR bytes.
+        """
         entry = self._topics[topic - 1]
         channel_id = entry.channel_id or self._open_channel(entry)
         self._files[-1].write(channel_id, log_time_ns, publish_time_ns, data, entry.count)

@@ -18,7 +18,12 @@ MOST_AGAIN = 3
 
 
 def live_stages(session: RecordedSession, *, speed: float, domain: int | None = None) -> tuple[Stage, ...]:
-    """Have the nodes live through the session again, in a ROS domain or in a private one, and compare.
+    """Have the nodes live through the session again and compare.
+
+    Args:
+        session: the recording.
+        speed: recorded seconds a second, at most.
+        domain: ROS domain; None: a private one.
 
     Raises:
         InputError, AdviseError: as Live and private_domain.

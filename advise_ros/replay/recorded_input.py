@@ -39,7 +39,12 @@ class PublishedLive:
             self._came.notify_all()
 
     def has_command(self, stamp_ns: int, timeout_s: float) -> bool:
-        """Whether a command with this stamp is there or comes in time."""
+        """Whether a command with this stamp is there or comes in time.
+
+        Args:
+            stamp_ns: of its header.
+            timeout_s: longest wait.
+        """
         with self._came:
             return self._came.wait_for(lambda: stamp_ns in self.commands, timeout_s)
 

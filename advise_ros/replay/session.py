@@ -90,7 +90,11 @@ class RecordedMessage:
 
 
 def at(stamp_ns: int) -> str:
-    """A stamp as seconds with all its digits."""
+    """A stamp as seconds with all its digits.
+
+    Args:
+        stamp_ns: any.
+    """
     return f'{stamp_ns // NS}.{stamp_ns % NS:09d}'
 
 
@@ -156,9 +160,14 @@ class RecordedSession:
         return f'{self.namespace}/{started[-1].values.get("pose_source", "pose") if started else "pose"}'
 
     def config(self, config_class: type[ConfigT], node: str, begun_ns: int | None = None) -> ConfigT:
-        """The parameters of the node of this name that began about a time by the logger's clock; None: of the last one.
+        """The parameters of a node.
 
         The logger reads them soon after, or, as a node publishes late, soon before its first message.
+
+        Args:
+            config_class: of the node.
+            node: its name in the session's namespace.
+            begun_ns: when it began, by the logger's clock; None: the last node of that name.
 
         Raises:
             LogError: the bag does not hold them, or they are not those of this version.

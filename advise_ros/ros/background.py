@@ -28,7 +28,11 @@ class BackgroundSpin:
             pass
 
     def stop(self, patience_s: float = 5.0) -> None:
-        """Let the callback under way end, then take the executor down; a thread that does not end is left behind."""
+        """Let the callback under way end, then take the executor down; a thread that does not end is left behind.
+
+        Args:
+            patience_s: longest wait.
+        """
         self._stopping = True
         self._executor.create_task(lambda: None)  # Wakes it.
         self._thread.join(patience_s)

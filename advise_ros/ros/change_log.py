@@ -114,7 +114,13 @@ class VehicleLog:
         self._met = self._armed = False
 
     def look(self, status: Status, now_s: float, *, under_way: bool = False) -> None:
-        """Take in the vehicle's state, and whether a goal of ours is under way; call it as often as you like."""
+        """Log what has changed; call it as often as you like.
+
+        Args:
+            status: the vehicle's.
+            now_s: steady time.
+            under_way: whether a goal of ours is.
+        """
         lost = self._met and not status.connected
         self._met = self._met or status.connected
         self._log.note('the loss of the link', status.waiting_for.removeprefix('heartbeat: ') if lost else '', now_s)

@@ -20,7 +20,12 @@ def stamp_from_ns(stamp_ns: int) -> Time:
 
 
 def grid_to_msg(grid: Grid, stamp_ns: int = 0) -> msg.GridMap:
-    """The grid with the given header stamp; the map itself is not dated."""
+    """The grid as a message.
+
+    Args:
+        grid: cells and waypoints.
+        stamp_ns: of its header; the map itself is not dated.
+    """
     out = msg.GridMap()
     out.header.frame_id = MAP_FRAME
     out.header.stamp = stamp_from_ns(stamp_ns)

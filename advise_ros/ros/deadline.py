@@ -25,7 +25,11 @@ class Deadline:
         self._timer = node.create_timer(after_s, self._over, clock=Clock(clock_type=ClockType.STEADY_TIME), autostart=False)
 
     def came(self, ago_s: float = 0.0) -> None:
-        """From now on, or from a little while ago, all over again."""
+        """Wait anew, from now on or from a little while ago.
+
+        Args:
+            ago_s: how long ago it came.
+        """
         period_ns = round(max(self._after_s - ago_s, 0.0) * 1e9)
         if abs(period_ns - self._timer.timer_period_ns) > SLACK_NS:
             self._timer.timer_period_ns = period_ns

@@ -21,11 +21,20 @@ class Meter:
         self._count, self._since_s, self._last_s, self._rate_hz = 0, now_s, -math.inf, 0.0
 
     def tick(self, now_s: float) -> None:
-        """It has come now."""
+        """It has come now.
+
+        Args:
+            now_s: steady time.
+        """
         self._count, self._last_s = self._count + 1, now_s
 
     def values(self, what: str, now_s: float) -> dict[str, str]:
-        """Rate over the last period of a second or more, and age."""
+        """Rate over the last period of a second or more, and age.
+
+        Args:
+            what: the topic, for the keys.
+            now_s: steady time.
+        """
         if now_s - self._since_s >= PERIOD_S:
             self._rate_hz, self._count, self._since_s = self._count / (now_s - self._since_s), 0, now_s
         age_s = now_s - self._last_s

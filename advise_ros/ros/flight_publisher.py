@@ -26,14 +26,26 @@ class FlightPublisher:
         self._publisher.publish(self.status)
 
     def begin(self, flight: PolicyFlight, policy_version: int, stamp_ns: int) -> None:
-        """A new flight; `stamp_ns` is that of the last pose before it."""
+        """Publish the status of a new flight.
+
+        Args:
+            flight: that begins.
+            policy_version: that it flies.
+            stamp_ns: of the last pose before it.
+        """
         self.status.flight_id += 1
         self.status.policy_version = policy_version
         self.status.start_cell = flight.plan.start_cell
         self.update(flight, flight.phase, '', stamp_ns)
 
     def update(self, flight: PolicyFlight, phase: FlightPhase, message: str, stamp_ns: int) -> bool:
-        """Publish when anything changed; `stamp_ns` is that of the last pose flown by."""
+        """Publish when anything changed; returns whether it did.
+
+        Args:
+            flight: under way.
+            phase, message: as published.
+            stamp_ns: of the last pose flown by.
+        """
         status = self.status
         changed = (status.flight_id, phase, message, flight.state, flight.steps, flight.step_budget)
         if changed == self._published:

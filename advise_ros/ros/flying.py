@@ -25,7 +25,12 @@ CLOCK_SET_NS, CLOCK_SET_FOR_NS = NS, 5 * NS
 
 
 def velocity_command(velocity_enu_m_s: Vector, stamp_ns: int) -> TwistStamped:
-    """The command in the map frame."""
+    """The command in the map frame.
+
+    Args:
+        velocity_enu_m_s: (east, north, up).
+        stamp_ns: of its header.
+    """
     out = TwistStamped()
     out.header.frame_id = MAP_FRAME
     out.header.stamp = stamp_from_ns(stamp_ns)
@@ -34,7 +39,11 @@ def velocity_command(velocity_enu_m_s: Vector, stamp_ns: int) -> TwistStamped:
 
 
 def between_poses_ns(clock_ns: int) -> int:
-    """Stamp of a command that was not made from a pose: a nanosecond aside, so that no pose has the same."""
+    """Stamp of a command that was not made from a pose: a nanosecond aside, so that no pose has the same.
+
+    Args:
+        clock_ns: the node's clock.
+    """
     return clock_ns + 1
 
 
@@ -55,7 +64,12 @@ class PoseGate:
         self._clock = ClockSteps(CLOCK_SET_NS, CLOCK_SET_FOR_NS)
 
     def take(self, message: PoseStamped, now_ns: int) -> Pose | None:
-        """The pose, or None when it is refused."""
+        """The pose, or None when it is refused.
+
+        Args:
+            message: that arrived.
+            now_ns: the node's clock.
+        """
         steady_ns = time.monotonic_ns()
         self._clock.look(now_ns, steady_ns)
         at = message.pose.position

@@ -171,6 +171,12 @@ class GraphClient:
     def call(self, service_type: Any, name: str, request: Any, timeout_s: float = 10.0) -> Any:
         """The response of a service.
 
+        Args:
+            service_type: its class.
+            name: of the service.
+            request: to send.
+            timeout_s: longest wait.
+
         Raises:
             GraphTimeoutError: there is no such service, or it does not reply in time.
         """
@@ -185,6 +191,10 @@ class GraphClient:
 
     def trigger(self, name: str, timeout_s: float = 10.0) -> str:
         """Call a std_srvs/Trigger service; returns its message.
+
+        Args:
+            name: of the service.
+            timeout_s: longest wait.
 
         Raises:
             AdviseError: the service refused; its own words are in the message.
@@ -201,18 +211,30 @@ class GraphClient:
 
     # -- flying ------------------------------------------------------------------------------
     def take_off(self, timeout_s: float) -> None:
-        """Arm and climb to the grid's altitude; returns when velocity commands reach the vehicle."""
+        """Arm and climb to the grid's altitude; returns when velocity commands reach the vehicle.
+
+        Args:
+            timeout_s: longest wait.
+        """
         self.wait('the vehicle to be ready', lambda: self.vehicle and self.vehicle.ready, timeout_s)
         self.trigger('mavlink_bridge/takeoff', timeout_s)
         self.wait('the take-off', lambda: self.vehicle and self.vehicle.commandable, timeout_s)
 
     def land(self, timeout_s: float) -> None:
-        """Land; returns when the vehicle is disarmed."""
+        """Land; returns when the vehicle is disarmed.
+
+        Args:
+            timeout_s: longest wait.
+        """
         self.trigger('mavlink_bridge/land', timeout_s)
         self.wait('the landing', lambda: self.vehicle and not self.vehicle.armed, timeout_s)
 
     def fly(self, start_cell: int, timeout_s: float) -> Fly.Result:
         """Fly the newest policy once.
+
+        Args:
+            start_cell: where the route begins; -1: where the vehicle is.
+            timeout_s: longest flight.
 
         Raises:
             AdviseError: the goal was refused.
@@ -231,6 +253,10 @@ class GraphClient:
 
     def begin_flight(self, goal: Fly.Goal, timeout_s: float) -> bool:
         """Send a goal once; whether it was accepted.
+
+        Args:
+            goal: of policy/fly.
+            timeout_s: longest wait.
 
         Raises:
             GraphTimeoutError: no such action, or no reply in time.

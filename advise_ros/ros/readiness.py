@@ -148,7 +148,11 @@ class GoalPatience:
         await waiting.over
 
     def look(self, now_s: float) -> None:
-        """End the waits that are over."""
+        """End the waits that are over.
+
+        Args:
+            now_s: steady time.
+        """
         for waiting in self._waiting:
             if now_s > waiting.until_s or not self._missing(waiting.goal):
                 waiting.over.set_result(None)

@@ -18,7 +18,11 @@ class SimulatedClock:
         self._seen: tuple[int, float] = (0, 0.0)
 
     def problem(self, now_s: float) -> str:
-        """What is wrong with it at a steady time, '' if nothing; call it once a second or more often."""
+        """What is wrong with the clock, '' if nothing; call it once a second or more often.
+
+        Args:
+            now_s: steady time.
+        """
         if not self._simulated_time:
             return ''
         now_ns = self._clock.now().nanoseconds

@@ -30,7 +30,11 @@ class TrackTopic:
         self._is_new = False
 
     def add(self, position_enu_m: tuple[float, float, float]) -> None:
-        """Note a position of finite numbers."""
+        """Note a position of finite numbers.
+
+        Args:
+            position_enu_m: (east, north, up), finite.
+        """
         if not self._points or math.dist(self._points[-1], position_enu_m) >= self._step_m:
             self._points.append(position_enu_m)
             self._is_new = True

@@ -68,7 +68,12 @@ class VehiclePublisher:
         self._battery.publish(message)
 
     def publish_status(self, status: Status, now_s: float) -> None:
-        """Publish it at every change, and every STATUS_PERIOD_S."""
+        """Publish it at every change, and every STATUS_PERIOD_S.
+
+        Args:
+            status: of the companion.
+            now_s: steady time.
+        """
         problem = self.simulated_clock.problem(now_s)
         if status.connected and problem:  # Poses have no stamps.
             status = status._replace(commandable=False, ready=False, waiting_for=f'a clock: {problem}')

@@ -54,7 +54,12 @@ class Airframe(Multirotor):  # type: ignore[misc]  # RotorPy has no types
 
 
 def at_rest(position_enu_m: tuple[float, float, float], rotor_rad_s: float = 0.0) -> Body:
-    """A level body that stands still, nose to the north as an autopilot boots."""
+    """A level body that stands still, nose to the north as an autopilot boots.
+
+    Args:
+        position_enu_m: (east, north, up).
+        rotor_rad_s: of all rotors.
+    """
     half = np.pi / 4
     return {
         'x': np.array(position_enu_m, dtype=float),
@@ -79,7 +84,12 @@ class SimulatedBattery:
     current_a: float = STANDBY_A
 
     def after(self, step_s: float, *, armed: bool, airborne: bool) -> SimulatedBattery:
-        """The battery one step later; on the ground it lasts longer by the ratio of the currents."""
+        """The battery one step later; on the ground it lasts longer by the ratio of the currents.
+
+        Args:
+            step_s: simulated.
+            armed, airborne: state of the vehicle.
+        """
         current = FLYING_A if airborne else IDLE_A if armed else STANDBY_A
         used = self.used_s + (step_s * current / FLYING_A if armed or airborne else 0.0)
         return replace(self, used_s=min(used, self.full_s), current_a=current)
@@ -117,5 +127,9 @@ class Wind:
         return kept * gust_m_s + self.gust_m_s * math.sqrt(1.0 - kept * kept) * noise
 
     def at(self, gust_m_s: Array) -> Array:
-        """Wind velocity in ENU, (3,)."""
+        """Wind velocity in ENU, (3,).
+
+        Args:
+            gust_m_s: (2,) east and north.
+        """
         return np.array([self.mean_enu_m_s[0] + gust_m_s[0], self.mean_enu_m_s[1] + gust_m_s[1], 0.0])

@@ -74,18 +74,34 @@ class Reference(NamedTuple):
 
 
 def at_rest(position_enu_m: Array, yaw_enu_rad: float) -> Reference:
-    """A reference that stands still."""
+    """A reference that stands still.
+
+    Args:
+        position_enu_m: (3,).
+        yaw_enu_rad: counter-clockwise from east.
+    """
     return Reference(position_enu_m.copy(), np.zeros(3), np.zeros(3), np.zeros(3), np.zeros(3), yaw_enu_rad)
 
 
 def limited(vector: Array, length: float) -> Array:
-    """The vector, shortened to at most `length`."""
+    """The vector, shortened to at most `length`.
+
+    Args:
+        vector: (k,).
+        length: at least 0.
+    """
     size = math.sqrt(float(vector @ vector))
     return vector if size <= length else vector * (length / size)
 
 
 def seek(error_m: Array, speed_m_s: float, acceleration_m_s2: float) -> Array:
-    """Velocity towards a point from which one can still stop in time: linear near it, square root further away."""
+    """Velocity towards a point from which one can still stop in time: linear near it, square root further away.
+
+    Args:
+        error_m: (k,) from here to the point.
+        speed_m_s: at most.
+        acceleration_m_s2: deceleration.
+    """
     distance = math.sqrt(float(error_m @ error_m))
     if distance < 1e-9:
         return np.zeros_like(error_m)
@@ -115,7 +131,13 @@ def horizontal_acceleration(target: Target, limits: ControlLimits) -> float:
 
 
 def wanted_velocity(target: Target, position_enu_m: Array, limits: ControlLimits) -> Array:
-    """The target as a velocity within the limits, (3,)."""
+    """The target as a velocity within the limits, (3,).
+
+    Args:
+        target: what is flown.
+        position_enu_m: (3,).
+        limits: speeds and accelerations.
+    """
     wanted = np.array(target.velocity_enu_m_s)
     if target.east_north_m is not None:
         error = np.array(target.east_north_m) - position_enu_m[:2]
@@ -129,7 +151,15 @@ def wanted_velocity(target: Target, position_enu_m: Array, limits: ControlLimits
 
 
 def advance(reference: Reference, target: Target, position_enu_m: Array, limits: ControlLimits, step_s: float) -> Reference:
-    """The reference one step later; it never runs further than a leash ahead of the craft."""
+    """The reference one step later; it never runs further than a leash ahead of the craft.
+
+    Args:
+        reference: now.
+        target: what is flown.
+        position_enu_m: (3,) of the craft.
+        limits: speeds and accelerations.
+        step_s: simulated.
+    """
     wanted = wanted_velocity(target, reference.position_enu_m, limits)
     climb = target.climb_acceleration_m_s2 or limits.climb_acceleration_m_s2
     shaped, acceleration = np.empty(3), np.empty(3)
@@ -155,7 +185,16 @@ def _turned(reference: Reference, target: Target, step_s: float) -> float:
 def thrust_acceleration(
     reference: Reference, position_enu_m: Array, velocity_enu_m_s: Array, step_s: float,
 ) -> tuple[Array, Reference]:
-    """Mass-normalised thrust wanted, (3,), gravity included, and the reference with its integral updated."""
+    """Mass-normalised thrust and the reference with its integral updated.
+
+    Args:
+        reference: what the craft follows.
+        position_enu_m, velocity_enu_m_s: (3,) of the craft.
+        step_s: simulated.
+
+    Returns:
+        (3,) [m/s^2], gravity included; and the reference.
+    """
     velocity = reference.velocity_enu_m_s + POSITION_GAIN_1_S * (reference.position_enu_m - position_enu_m)
     error = velocity - velocity_enu_m_s
     integral = limited(reference.integral_m_s2 + INTEGRAL_GAIN_1_S2 * error * step_s, INTEGRAL_LIMIT_M_S2)
@@ -170,7 +209,14 @@ CASCADE_INTEGRAL_1_S2 = np.array([0.4, 0.4, 2.0])
 
 
 def carried(reference: Reference, target: Target, position_enu_m: Array, velocity_enu_m_s: Array, step_s: float) -> Reference:
-    """A reference that goes along with the craft, for loops that need none."""
+    """A reference that goes along with the craft, for loops that need none.
+
+    Args:
+        reference: before.
+        target: what is flown.
+        position_enu_m, velocity_enu_m_s: (3,) of the craft.
+        step_s: simulated.
+    """
     return Reference(
         position_enu_m, velocity_enu_m_s, velocity_enu_m_s, np.zeros(3), reference.integral_m_s2,
         _turned(reference, target, step_s),
@@ -178,7 +224,14 @@ def carried(reference: Reference, target: Target, position_enu_m: Array, velocit
 
 
 def cascaded_acceleration(reference: Reference, target: Target, limits: ControlLimits, step_s: float) -> tuple[Array, Reference]:
-    """As `thrust_acceleration`, by PX4's cascade: a distance makes a velocity, to which the wanted one is added."""
+    """As `thrust_acceleration`, by PX4's cascade: a distance makes a velocity, to which the wanted one is added.
+
+    Args:
+        reference: carried along with the craft.
+        target: what is flown.
+        limits: speeds and accelerations.
+        step_s: simulated.
+    """
     wanted = np.array(target.velocity_enu_m_s)
     if target.east_north_m is not None:
         wanted[:2] += CASCADE_POSITION_1_S[:2] * (np.array(target.east_north_m) - reference.position_enu_m[:2])
@@ -200,7 +253,12 @@ def _within_tilt(acceleration_m_s2: Array) -> Array:
 
 
 def attitude(thrust_m_s2: Array, yaw_enu_rad: float) -> Array:
-    """Quaternion [i, j, k, w] that points the rotors along the thrust and the nose along the yaw."""
+    """Quaternion [i, j, k, w] that points the rotors along the thrust and the nose along the yaw.
+
+    Args:
+        thrust_m_s2: (3,).
+        yaw_enu_rad: counter-clockwise from east.
+    """
     up = thrust_m_s2 / math.sqrt(float(thrust_m_s2 @ thrust_m_s2))
     # The shortest turn from vertical, after the yaw: q = tilt * yaw keeps the nose's heading at every tilt flown here.
     tilt = np.array([-up[1], up[0], 0.0, 1.0 + up[2]])

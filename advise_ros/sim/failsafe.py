@@ -19,7 +19,11 @@ class GroundStationFailsafe:
         self._acted = False
 
     def heartbeat(self, now_s: float) -> None:
-        """A heartbeat of the ground station."""
+        """A heartbeat of the ground station.
+
+        Args:
+            now_s: simulated time.
+        """
         self._heartbeat_s, self._acted = now_s, False
 
     def wanted(self, option: float, timeout_s: float, now_s: float) -> Mode | None:
@@ -49,12 +53,20 @@ class Geofence(NamedTuple):
         return self.height_m < math.inf or self.radius_m < math.inf
 
     def outside(self, east_m: float, north_m: float, up_m: float) -> bool:
-        """Whether a place relative to home is beyond it."""
+        """Whether a place relative to home is beyond it.
+
+        Args:
+            east_m, north_m, up_m: from home.
+        """
         return up_m > self.height_m or math.hypot(east_m, north_m) > self.radius_m
 
 
 def fence_of_arducopter(values: dict[str, float]) -> Geofence:
-    """FENCE_ENABLE with FENCE_TYPE's bits 1 (height) and 2 (circle)."""
+    """FENCE_ENABLE with FENCE_TYPE's bits 1 (height) and 2 (circle).
+
+    Args:
+        values: parameters by their names.
+    """
     kinds = round(values['FENCE_TYPE']) if values['FENCE_ENABLE'] else 0
     return Geofence(
         values['FENCE_ALT_MAX'] if kinds & 1 else math.inf, values['FENCE_RADIUS'] if kinds & 2 else math.inf,
@@ -62,5 +74,9 @@ def fence_of_arducopter(values: dict[str, float]) -> Geofence:
 
 
 def fence_of_px4(values: dict[str, float]) -> Geofence:
-    """GF_MAX_VER_DIST and GF_MAX_HOR_DIST; 0 is none."""
+    """GF_MAX_VER_DIST and GF_MAX_HOR_DIST; 0 is none.
+
+    Args:
+        values: parameters by their names.
+    """
     return Geofence(values['GF_MAX_VER_DIST'] or math.inf, values['GF_MAX_HOR_DIST'] or math.inf)

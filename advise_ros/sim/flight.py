@@ -64,24 +64,43 @@ class SimulatedFlight:
         self._taken.clear()
 
     def take_off(self, altitude_m: float, now_s: float) -> None:
-        """Climb to an altitude above home once the motors have spooled up."""
+        """Climb to an altitude above home once the motors have spooled up.
+
+        Args:
+            altitude_m: above home.
+            now_s: simulated time.
+        """
         self.forget()
         self.takeoff_to_m, self._lift_at_s = altitude_m, now_s + SPOOL_UP_S
 
     def follow(self, setpoint: Setpoint, now_s: float) -> None:
-        """Take a setpoint; it ends a take-off, as in ArduCopter."""
+        """Take a setpoint; it ends a take-off, as in ArduCopter.
+
+        Args:
+            setpoint: decoded.
+            now_s: simulated time.
+        """
         self.takeoff_to_m = None
         self.keep(setpoint, now_s)
         if setpoint.position_enu_m is None:
             self.position_speed_m_s = math.inf
 
     def keep(self, setpoint: Setpoint, now_s: float) -> None:
-        """The setpoint that counts from now on."""
+        """The setpoint that counts from now on.
+
+        Args:
+            setpoint: decoded.
+            now_s: simulated time.
+        """
         self._setpoint = setpoint, now_s
         self._taken.append(self._setpoint)
 
     def shown(self, now_s: float) -> Setpoint | None:
-        """The setpoint that POSITION_TARGET_LOCAL_NED shows: what was taken a moment ago, of any sender."""
+        """The setpoint that POSITION_TARGET_LOCAL_NED shows: what was taken a moment ago, of any sender.
+
+        Args:
+            now_s: simulated time.
+        """
         return next((setpoint for setpoint, taken_s in reversed(self._taken) if now_s - taken_s >= SHOWN_AFTER_S), None)
 
     @property
@@ -90,14 +109,23 @@ class SimulatedFlight:
         return self._setpoint is not None and self._setpoint[0].position_enu_m is not None
 
     def moving_setpoint_age_s(self, now_s: float) -> float:
-        """Simulated age of the velocity setpoint that moves the vehicle; 0 while none does."""
+        """Simulated age of the velocity setpoint that moves the vehicle; 0 while none does.
+
+        Args:
+            now_s: simulated time.
+        """
         if self.mode is not self.obedient or self._setpoint is None:
             return 0.0
         setpoint, received_s = self._setpoint
         return now_s - received_s if any(setpoint.velocity_enu_m_s or ()) else 0.0
 
     def target(self, state: State, now_s: float) -> Target | None:
-        """What to fly at this instant; None while the motors still spool up."""
+        """What to fly at this instant; None while the motors still spool up.
+
+        Args:
+            state: of the craft.
+            now_s: simulated time.
+        """
         if self.mode is Mode.GUIDED:
             return self._guided(state, now_s)
         if self.mode is Mode.LAND:
@@ -159,6 +187,11 @@ def seek(setpoint: Setpoint) -> Target:
 
 
 def descend(state: State, over_m: tuple[float, float] | None = None) -> Target:
-    """Straight down, or over a place."""
+    """Straight down, or over a place.
+
+    Args:
+        state: of the craft.
+        over_m: (east, north) to stay above; None: where it is.
+    """
     speed = LAND_M_S if state.estimated_altitude_m < LAND_SLOWLY_BELOW_M else LAND_FAST_M_S
     return Target((0.0, 0.0, -speed), east_north_m=over_m)

@@ -26,6 +26,10 @@ def latitude_longitude_e7(position_enu_m: Any) -> tuple[int, int]:
 
 
 def metres_from_degrees(north_deg: float, east_deg: float) -> tuple[float, float]:
-    """East and north of a difference in latitude and longitude."""
+    """East and north [m] of a difference in latitude and longitude.
+
+    Args:
+        north_deg, east_deg: the difference.
+    """
     metres = math.radians(1.0) * EARTH_RADIUS_M
     return east_deg * metres * math.cos(math.radians(ORIGIN_LATITUDE_DEG)), north_deg * metres

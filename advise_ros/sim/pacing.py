@@ -25,7 +25,11 @@ class Pacer:
         self.falls_behind = False
 
     def due(self, steady_ns: int) -> int:
-        """Ticks to do now; with speedup 0 always one more."""
+        """Ticks to do now; with speedup 0 always one more.
+
+        Args:
+            steady_ns: steady time.
+        """
         self._measure(steady_ns)
         if self.speedup == 0.0:
             return 1
@@ -40,7 +44,11 @@ class Pacer:
         return max(0, debt)  # The one tick after a debt was given up is ahead of its time.
 
     def forgive(self, steady_ns: int) -> None:
-        """Drop the ticks that are due: time stood still on purpose and does not catch up."""
+        """Drop the ticks that are due: time stood still on purpose and does not catch up.
+
+        Args:
+            steady_ns: steady time.
+        """
         self._anchor = (steady_ns, self._done)
 
     def did(self, ticks: int) -> None:
@@ -71,7 +79,12 @@ class Patience:
         self._since_ns: int | None = None
 
     def waits(self, setpoint_age_s: float, steady_ns: int) -> bool:
-        """Whether to stand still now; `setpoint_age_s` in simulated time, 0 while no setpoint moves the vehicle."""
+        """Whether simulated time stands still now.
+
+        Args:
+            setpoint_age_s: in simulated time; 0 while no setpoint moves the vehicle.
+            steady_ns: steady time.
+        """
         if self._lead_s == 0.0 or setpoint_age_s < self._lead_s:
             self._since_ns = None
             return False

@@ -52,7 +52,12 @@ class AutopilotParameters:
         return [self._value(name)] if name in self.values else []
 
     def set(self, name: str, value: float) -> list[Message]:
-        """Change a value if that is allowed; the answer holds the value that now counts."""
+        """Change a value if that is allowed; the answer holds the value that now counts.
+
+        Args:
+            name: of the parameter.
+            value: wanted.
+        """
         if self.bytewise and name in self.integers:
             value = float(struct.unpack('<i', struct.pack('<f', value))[0])
         if name in self.settable and self.settable[name][0] <= value <= self.settable[name][1]:

@@ -58,7 +58,13 @@ class Px4Flight(SimulatedFlight):
         )
 
     def take(self, setpoint: Setpoint, now_s: float, grounded: State | None) -> None:
-        """Keep a setpoint; the first one that climbs starts the rotors of a vehicle on the ground, whose state is given."""
+        """Keep a setpoint; the first one that climbs starts the rotors of a vehicle on the ground.
+
+        Args:
+            setpoint: decoded.
+            now_s: simulated time.
+            grounded: state of a vehicle on the ground, else None.
+        """
         if grounded is not None and climbs(setpoint, grounded) and self._lift_at_s == 0.0:
             self._lift_at_s = now_s + SPOOL_UP_S
         self.keep(setpoint, now_s)

@@ -146,7 +146,11 @@ class Px4Vehicle(SimulatedVehicle):
             self._after_disarming = mode
 
     def take_off_to(self, altitude_m: float | None) -> RequestOutcome:
-        """Enter TAKEOFF; it climbs once armed. None: the altitude of its parameter."""
+        """Enter TAKEOFF; it climbs once armed.
+
+        Args:
+            altitude_m: above home; None: that of its parameter.
+        """
         if self.airborne:
             return RequestOutcome(False, 'Takeoff denied: already in the air')
         altitude_m = TAKEOFF_M if altitude_m is None else max(altitude_m, TAKEOFF_M)

@@ -71,7 +71,11 @@ class State(NamedTuple):
 
 
 def euler(quaternion: Array) -> tuple[float, float, float]:
-    """Roll, pitch and yaw of a quaternion [i, j, k, w], turned about z, then y, then x."""
+    """Roll, pitch and yaw [rad], turned about z, then y, then x.
+
+    Args:
+        quaternion: (4,) as [i, j, k, w].
+    """
     i, j, k, w = (float(part) for part in quaternion)
     roll = np.arctan2(2 * (w * i + j * k), 1 - 2 * (i * i + j * j))
     pitch = np.arcsin(min(max(2 * (w * j - k * i), -1.0), 1.0))
@@ -89,7 +93,11 @@ class Quadcopter:
     airframe: Airframe = field(default_factory=Airframe)
 
     def parked(self, east_m: float = 0.0, north_m: float = 0.0) -> State:
-        """Standing on the ground with stopped motors, nose to the north."""
+        """Standing on the ground with stopped motors, nose to the north.
+
+        Args:
+            east_m, north_m: where.
+        """
         body = airframe.at_rest((east_m, north_m, 0.0))
         return State(body, control.at_rest(body['x'], euler(body['q'])[2]), np.zeros(2))
 

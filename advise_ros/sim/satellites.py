@@ -58,7 +58,12 @@ class ArduPilotFilter:
         return texts
 
     def step(self, shift_m: tuple[float, float], *, satellites: bool) -> None:
-        """One tick; `shift_m` is by how much the satellites are wrong, east and north."""
+        """One tick.
+
+        Args:
+            shift_m: (east, north) error of the satellites.
+            satellites: whether there are any.
+        """
         self._now_s += self._step_s
         self.jump_m = None
         if satellites:

@@ -72,6 +72,10 @@ def decode_px4(message: Any, yaw_enu_rad: float) -> tuple[Setpoint | None, str]:
 
     A velocity beside a position is added to what the position asks for. All NaN is rejected in words, a NaN among
     velocities brakes, infinity changes nothing. With neither yaw nor yaw rate the nose holds its heading.
+
+    Args:
+        message: SET_POSITION_TARGET_LOCAL_NED.
+        yaw_enu_rad: the present yaw.
     """
     mask, frame = message.type_mask, message.coordinate_frame
     motion = (message.x, message.y, message.z, message.vx, message.vy, message.vz)

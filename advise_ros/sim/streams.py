@@ -15,12 +15,23 @@ class Streams:
         self._due_ns = {int(mavlink.MAVLINK_MSG_ID_HEARTBEAT): 0}
 
     def set(self, message_id: int, interval_ns: int, now_ns: int) -> None:
-        """Send a message whenever the time is a multiple of the interval, so that stamps are evenly spaced."""
+        """Send a message whenever the time is a multiple of the interval, so that stamps are evenly spaced.
+
+        Args:
+            message_id: what is sent.
+            interval_ns: simulated.
+            now_ns: simulated time.
+        """
         self._interval_ns[message_id] = interval_ns
         self._due_ns[message_id] = _next_multiple(interval_ns, now_ns)
 
     def hurry(self, message_id: int, now_ns: int) -> None:
-        """Send a message that is sent anyway with the next tick."""
+        """Send a message that is sent anyway with the next tick.
+
+        Args:
+            message_id: what is sent.
+            now_ns: simulated time.
+        """
         if message_id in self._due_ns:
             self._due_ns[message_id] = now_ns
 
@@ -30,7 +41,11 @@ class Streams:
         self._due_ns.pop(message_id, None)
 
     def due(self, now_ns: int) -> list[int]:
-        """The messages whose time has come; what was missed is not made up for."""
+        """The messages whose time has come; what was missed is not made up for.
+
+        Args:
+            now_ns: simulated time.
+        """
         ready = [message_id for message_id, due_ns in self._due_ns.items() if due_ns <= now_ns]
         for message_id in ready:
             self._due_ns[message_id] = _next_multiple(self._interval_ns[message_id], now_ns)

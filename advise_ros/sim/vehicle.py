@@ -200,7 +200,11 @@ class SimulatedVehicle:
         return DONE
 
     def take_off(self, altitude_m: float) -> RequestOutcome:
-        """Climb to an altitude above the ground; only in GUIDED, armed and on the ground."""
+        """Climb to an altitude above the ground; only in GUIDED, armed and on the ground.
+
+        Args:
+            altitude_m: above the ground.
+        """
         if self.mode is not Mode.GUIDED:
             return RequestOutcome(False, f'Takeoff: mode is {self.mode.name}, not GUIDED')
         if not self.armed:
