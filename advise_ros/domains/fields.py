@@ -33,12 +33,20 @@ class Fields(NamedTuple):
         return InputError(f"{self.path}: field '{name}' {reason}")
 
     def check_names(self, known: Collection[str]) -> None:
-        """Refuse what nobody would read, which is most often a misspelling."""
+        """Refuse what nobody would read, which is most often a misspelling.
+
+        Raises:
+            InputError: one of them is unknown; names the known ones.
+        """
         for name in sorted(set(self.arrays) - set(known)):
             raise self.wrong(name, f'is unknown; known are {", ".join(known)}')
 
     def array(self, name: str, dimensions: int, kinds: str) -> np.ndarray[Any, Any]:
-        """A field with this number of dimensions, of one of numpy's kinds of type."""
+        """A field with this number of dimensions, of one of numpy's kinds of type.
+
+        Raises:
+            InputError: it is missing, or has another shape or type.
+        """
         if name not in self.arrays:
             raise self.wrong(name, 'is missing')
         found = self.arrays[name]
@@ -57,6 +65,9 @@ class Fields(NamedTuple):
             name: of the field.
             least, most: bounds.
             default: if the field is missing; None: it must be there.
+
+        Raises:
+            InputError: it is missing, no number or out of bounds.
         """
         if default is not None and name not in self.arrays:
             return default
@@ -66,21 +77,33 @@ class Fields(NamedTuple):
         return value
 
     def whole(self, name: str, least: int, most: int) -> int:
-        """A whole number within its bounds, both included."""
+        """A whole number within its bounds, both included.
+
+        Raises:
+            InputError: it is missing, no whole number or out of bounds.
+        """
         value = int(self.array(name, 0, 'iu'))
         if not least <= value <= most:
             raise self.wrong(name, f'is {value}; allowed is {least} to {most}')
         return value
 
     def text(self, name: str, allowed: Collection[str], default: str) -> str:
-        """One of some words."""
+        """One of some words.
+
+        Raises:
+            InputError: it is missing or none of them.
+        """
         value = str(self.array(name, 0, 'U')) if name in self.arrays else default
         if value not in allowed:
             raise self.wrong(name, f"is '{value}'; allowed is {', '.join(allowed)}")
         return value
 
     def indices(self, name: str, end: int) -> Ints:
-        """(k,) whole numbers from 0 to below `end`."""
+        """(k,) whole numbers from 0 to below `end`.
+
+        Raises:
+            InputError: it is missing, or one is out of range.
+        """
         found = self.array(name, 1, 'iu')
         if len(found) and not 0 <= found.min() <= found.max() < end:
             bad = found[(found < 0) | (found >= end)][0]
@@ -88,14 +111,22 @@ class Fields(NamedTuple):
         return found.astype(np.int64)
 
     def floats(self, name: str) -> Floats:
-        """(k,) finite numbers."""
+        """(k,) finite numbers.
+
+        Raises:
+            InputError: it is missing, or one is not finite.
+        """
         found = self.array(name, 1, 'iuf').astype(np.float64)
         if not np.isfinite(found).all():
             raise self.wrong(name, f'holds {found[~np.isfinite(found)][0]}; it needs finite numbers')
         return found
 
     def flags(self, name: str, shape: tuple[int, ...]) -> Bools:
-        """Booleans of a shape; 0 and 1 do too."""
+        """Booleans of a shape; 0 and 1 do too.
+
+        Raises:
+            InputError: it is missing, has another shape, or holds other numbers.
+        """
         found = self.array(name, len(shape), 'biu')
         if found.shape != shape:
             raise self.wrong(name, f'has shape {found.shape}; it needs {shape}')
@@ -104,7 +135,11 @@ class Fields(NamedTuple):
         return found.astype(np.bool_)
 
     def same_length(self, names: tuple[str, ...]) -> None:
-        """Fields whose entries belong together."""
+        """Refuse fields of different lengths whose entries belong together.
+
+        Raises:
+            InputError: two differ; names both.
+        """
         for name in names[1:]:
             if len(self.arrays[name]) != len(self.arrays[names[0]]):
                 raise self.wrong(

@@ -118,7 +118,11 @@ class Bag:
         return found
 
     def decode(self, message: Message) -> Any:
-        """As Codec.decode; the error names the bag and the topic."""
+        """As Codec.decode; the error names the bag and the topic.
+
+        Raises:
+            LogError: it does not fit its definition; names the bag and the topic.
+        """
         try:
             return self.codec.decode(message.data, message.type_name)
         except LogError as problem:
