@@ -134,6 +134,14 @@ def test_when_the_stream_stops_offboard_is_left_after_a_second_and_comes_back_by
     assert companion.mode is Px4Mode.OFFBOARD
 
 
+def test_of_a_failsafe_it_says_that_there_is_one_and_no_reason():
+    companion = Px4Companion().lift()
+    companion.call_ground_station()
+    companion.run(1.5)
+    assert companion.mode is Px4Mode.RTL
+    assert companion.texts() == ['Failsafe activated']
+
+
 def test_the_last_velocity_is_flown_until_offboard_is_left():
     companion = Px4Companion(drift_m_s=0.0).lift()
     companion.run(4.0, *NORTH)
