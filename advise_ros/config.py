@@ -170,7 +170,6 @@ class PolicyConfig(FlightSettings, SeekConfig):
     give_up_s: float = parameter(
         5.0, 'no pose for this long beyond pose_timeout_s ends the flight for good (steady time)', low=0.0, high=3600.0,
     )
-    watchdog_rate_hz: float = parameter(50.0, 'rate of zero velocity while it holds (steady time)', low=1.0, high=200.0)
     autostart: bool = parameter(True, AUTOSTART_DOC)
 
 
@@ -293,7 +292,6 @@ class PilotConfig(PilotSettings, SeekConfig):
         180.0, 'longest wait for readiness, take-off, landing or a pose (steady time)', low=1.0, high=3600.0,
     )
     pose_timeout_s: float = parameter(0.5, 'no pose for this long: zero velocity (steady time)', low=0.05, high=60.0)
-    watchdog_rate_hz: float = parameter(20.0, 'rate of the watchdog (steady time)', low=1.0, high=200.0)
     seed: int = same_as(LearnSettings, 'seed')
 
 
@@ -337,7 +335,6 @@ class LoggerConfig:
     bag: str = parameter('', 'directory of the bag to write; it must not exist')
     topics: str = parameter('', 'comma-separated topic names or patterns (fnmatch); empty: everything that replay needs')
     compression: str = parameter('zstd', 'chunk compression', choices=('zstd', 'lz4', 'none'))
-    chunk_kib: int = parameter(768, 'chunk size', low=1, high=1_048_576)
     flush_s: float = parameter(1.0, 'longest time that a message stays unwritten (steady time)', low=0.05, high=60.0)
     split_s: float = parameter(0.0, 'begin a new file of the bag after this much recorded time; 0: never', low=0.0, high=1e6)
     split_mib: int = parameter(0, 'begin a new file of the bag when one is this large; 0: never', low=0, high=1_048_576)

@@ -79,7 +79,7 @@ class LoggerNode(Node):
 
     def _open_bag(self) -> BackgroundWriter:
         config = self.config
-        bag = BagWriter(Path(config.bag), config.compression, config.chunk_kib * 1024)
+        bag = BagWriter(Path(config.bag), config.compression)
         return BackgroundWriter(
             bag, WriteLimits(config.flush_s, config.split_s, config.split_mib * MIB, config.min_free_mib * MIB),
         )

@@ -44,6 +44,8 @@ MISSION_PERIOD_S = 0.25
 # A recorder that there is replies to recorder/stop in this time, on a busy machine too.
 RECORDER_PATIENCE_S = 2.0
 DIAGNOSTICS_DEPTH = 100
+# Of zero velocity while no pose comes (steady time).
+WATCHDOG_HZ = 20.0
 
 
 class PilotNode(Node):
@@ -102,7 +104,7 @@ class PilotNode(Node):
             self.create_subscription(DiagnosticArray, '/diagnostics', self._receivers.on_diagnostics, DIAGNOSTICS_DEPTH)
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(MISSION_PERIOD_S, self._on_mission, clock=steady)
-        self._watchdog = self.create_timer(1.0 / self.config.watchdog_rate_hz, self._on_watchdog, clock=steady)
+        self._watchdog = self.create_timer(1.0 / WATCHDOG_HZ, self._on_watchdog, clock=steady)
         self._watchdog.cancel()  # It runs in flight: waiting costs nothing.
 
     # -- the vehicle -------------------------------------------------------------------------

@@ -36,6 +36,8 @@ from advise_ros.ros.readiness import GoalPatience, Readiness
 # After a flight zero velocity is sent for so long, then nothing: another node may fly.
 HOLD_S, DIAGNOSE_PERIOD_S = 1.0, 0.5
 ENDS_AS_WANTED = (FlightPhase.SUCCEEDED, FlightPhase.CANCELED)
+# Of zero velocity while it holds (steady time).
+WATCHDOG_HZ = 50.0
 
 
 class Flying(NamedTuple):
@@ -101,7 +103,7 @@ class PolicyNode(ManagedNode):
         )
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(DIAGNOSE_PERIOD_S, self._diagnose, clock=steady)
-        self._watchdog = self.create_timer(1.0 / self.config.watchdog_rate_hz, self._on_watchdog, clock=steady)
+        self._watchdog = self.create_timer(1.0 / WATCHDOG_HZ, self._on_watchdog, clock=steady)
         self._watchdog.cancel()  # It runs while there is something to hold or to wait for: idle costs nothing.
         self._silence = Deadline(self, self.config.pose_timeout_s, self._on_silence)
 

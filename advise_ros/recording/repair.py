@@ -15,6 +15,7 @@ from advise_ros.core.errors import InputError, LogError
 from advise_ros.recording import metadata
 from advise_ros.recording.mcapwriter import McapWriter
 from advise_ros.recording.recover import Record, Salvage
+from advise_ros.recording.storage import file_order
 
 # The record in which rosbag2 repeats metadata.yaml; it would not fit the new bag.
 ROSBAG2_RECORD = 'rosbag2'
@@ -75,18 +76,12 @@ def mcap_files(bag: Path) -> list[Path]:
         raise LogError(f'{bag}: there is no such file; name a bag directory or an .mcap file')
     if not bag.is_dir():
         return [bag]
-    found = sorted(bag.glob('*.mcap'), key=lambda file: (_number(file), file.name))
+    found = sorted(bag.glob('*.mcap'), key=file_order)
     if found:
         return found
     if any(bag.glob('*.db3')):
         raise LogError(f"{bag} is stored as sqlite3, not as mcap; sqlite3's own command .recover is for such files")
     raise LogError(f'{bag} holds no .mcap file; name a bag directory or an .mcap file')
-
-
-def _number(file: Path) -> int:
-    """Files of a bag are numbered: name_0.mcap, name_1.mcap."""
-    tail = file.stem.rsplit('_', 1)[-1]
-    return int(tail) if tail.isdecimal() else -1
 
 
 def _is_sound(file: Path) -> bool:

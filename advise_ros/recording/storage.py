@@ -80,7 +80,7 @@ def open_source(path: str | Path) -> Source:
         raise LogError(f'{path} is a telemetry log and no bag; discretise reads it')
     if not bag.is_dir():
         return McapSource(bag, [bag])
-    inside = sorted(bag.glob('*.mcap'), key=_number)
+    inside = sorted(bag.glob('*.mcap'), key=file_order)
     if not (bag / METADATA_FILE).is_file():
         if not inside:
             raise LogError(f'{path} is not a bag: it has no {METADATA_FILE} and no .mcap file; name a bag directory')
@@ -93,8 +93,8 @@ def open_source(path: str | Path) -> Source:
         return McapSource(bag, inside, [f'{METADATA_FILE} is not one of rosbag2; {_listed(inside)} was read'])
 
 
-def _number(file: Path) -> tuple[int, str]:
-    """Files of a bag are numbered: name_0.mcap, name_1.mcap."""
+def file_order(file: Path) -> tuple[int, str]:
+    """Sorts a bag's files, which are numbered: name_0.mcap, name_1.mcap."""
     tail = file.stem.rsplit('_', 1)[-1]
     return int(tail) if tail.isdecimal() else -1, file.name
 

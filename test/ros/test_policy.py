@@ -120,7 +120,7 @@ def test_flights_that_cannot_begin_are_refused_in_words(graph: Graph, tmp_path: 
 def test_holding_by_cancel_stop_and_the_vehicle_itself(graph: Graph) -> None:
     grid = square()
     bridge = MockBridge(graph, grid, speedup=2.0)
-    graph.start('policy', {'watchdog_rate_hz': 50.0, **PATIENT})
+    graph.start('policy', PATIENT)
 
     def take_off_and_fly() -> object:
         bridge.in_air = True
@@ -160,7 +160,7 @@ def test_holding_by_cancel_stop_and_the_vehicle_itself(graph: Graph) -> None:
 def test_it_holds_while_poses_are_missing_and_goes_on_when_they_return(graph: Graph) -> None:
     grid = square()
     bridge = MockBridge(graph, grid, speedup=2.0, status=False, wall=True)  # Slow enough to be held up on the way.
-    policy = graph.start('policy', {'pose_timeout_s': 0.2, 'watchdog_rate_hz': 50.0, 'speed_m_s': 2.0})
+    policy = graph.start('policy', {'pose_timeout_s': 0.2, 'speed_m_s': 2.0})
     publish_policy(graph, grid, best(grid))
     handle = graph.accepted_goal(Fly, 'policy/fly', Fly.Goal(start_cell=-1))  # Without vehicle_status (another bridge), too.
     graph.wait_until(lambda: bridge.commands and abs(bridge.commands[-1].twist.linear.x) > 0.5)

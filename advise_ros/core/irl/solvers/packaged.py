@@ -51,7 +51,7 @@ def piqp_program(program: Program, n: int, tolerance: float = TOLERANCE) -> Ende
     Raises:
         InputError: the package is missing.
     """
-    solver = _package('piqp').SparseSolver()
+    solver = package('piqp', 'piqp', 'piqp').SparseSolver()
     settings = solver.settings
     settings.eps_abs = settings.eps_rel = settings.eps_duality_gap_abs = settings.eps_duality_gap_rel = tolerance
     rows = sparse.csr_matrix(program.matrix)
@@ -72,24 +72,34 @@ def clarabel(problem: Problem, _: float) -> Solution:
         InfeasibleError, InputError, AdviseError: as `piqp`.
     """
     program, n = write(problem), problem.mdp.n_states
-    package = _package('clarabel')
-    settings = package.DefaultSettings()
+    found = package('clarabel', 'clarabel', 'clarabel')
+    settings = found.DefaultSettings()
     settings.verbose, settings.direct_solve_method = False, 'qdldl'
     settings.tol_feas = settings.tol_gap_rel = settings.tol_gap_abs = TOLERANCE
     rows, right, n_rows = _conic(program, n)
-    cones = [package.ZeroConeT(n), package.NonnegativeConeT(len(right) - n)]
-    ended = package.DefaultSolver(_nothing(program), program.cost, rows, right, cones, settings).solve()
+    cones = [found.ZeroConeT(n), found.NonnegativeConeT(len(right) - n)]
+    ended = found.DefaultSolver(_nothing(program), program.cost, rows, right, cones, settings).solve()
     z = np.array(ended.z)[:n_rows]
     return _checked(
         problem, Ended(np.array(ended.x), np.concatenate([-z[:n], z[n:]]), str(ended.status)), 'clarabel'
     )
 
 
-def _package(name: str) -> Any:
+def package(name: str, install: str, solver: str) -> Any:
+    """Import a package that only some solvers need.
+
+    Args:
+        name: of the module.
+        install: of what pip installs.
+        solver: that needs it.
+
+    Raises:
+        InputError: it is not installed.
+    """
     try:
         return importlib.import_module(name)
     except ImportError:
-        raise InputError(f"solver '{name}' is not installed; run 'pip install {name}' or choose solver 'highs'") from None
+        raise InputError(f"solver '{solver}' needs {name}; run 'pip install {install}' or choose solver 'highs'") from None
 
 
 def _nothing(program: Program) -> sparse.csc_matrix:

@@ -17,7 +17,8 @@ import numpy as np
 import numpy.typing as npt
 from scipy import sparse
 
-from advise_ros.core.errors import AdviseError, InputError
+from advise_ros.core.errors import AdviseError
+from advise_ros.core.irl.solvers.packaged import package
 from advise_ros.core.numerics import Floats
 from advise_ros.core.planning.process import Mdp
 
@@ -59,7 +60,7 @@ class Qdldl:
     """LDL' by QDLDL."""
 
     def __init__(self, pattern: Pattern) -> None:
-        self._package = _package(QDLDL, 'qdldl', 'interior')
+        self._package = package(QDLDL, 'qdldl', 'interior')
         n = len(pattern.indptr) - 1
         self._matrix = sparse.csc_matrix((np.zeros(len(pattern.indices)), pattern.indices, pattern.indptr), shape=(n, n))
         self._factor: Any = None
@@ -86,7 +87,7 @@ class Cholmod:
     """LL' by CHOLMOD as cvxopt brings it: ordered by AMD, supernodal, one thread."""
 
     def __init__(self, pattern: Pattern) -> None:
-        cvxopt = _package('cvxopt', 'cvxopt', 'interior-cholmod')
+        cvxopt = package('cvxopt', 'cvxopt', 'interior-cholmod')
         self._cholmod = importlib.import_module('cvxopt.cholmod')
         n = len(pattern.indptr) - 1
         columns = np.repeat(np.arange(n), np.diff(pattern.indptr))
@@ -149,12 +150,3 @@ def factors(mdp: Mdp, pattern: Pattern, kind: str) -> Iterator[Factors]:
     finally:
         made.release()
         idle[mdp] = made
-
-
-def _package(name: str, install: str, solver: str) -> Any:
-    try:
-        return importlib.import_module(name)
-    except ImportError:
-        raise InputError(
-            f"solver '{solver}' needs {name}; run 'pip install {install}' or choose solver 'highs'"
-        ) from None

@@ -124,7 +124,7 @@ def test_what_cannot_be_asked_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
         solve(strict, 'abacus')
     forget()
     monkeypatch.setattr(packaged.importlib, 'import_module', _missing)
-    with pytest.raises(InputError, match="solver 'piqp' is not installed; run 'pip install piqp' or choose solver 'highs'"):
+    with pytest.raises(InputError, match="solver 'piqp' needs piqp; run 'pip install piqp' or choose solver 'highs'"):
         solve(strict, 'piqp')
     with pytest.raises(InputError, match="solver 'interior' needs qdldl; run 'pip install qdldl' or choose"):
         solve(problem_of(), 'interior')
