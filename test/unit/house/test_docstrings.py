@@ -53,9 +53,11 @@ def shares() -> tuple[float, float]:
     """Per cent of those with quantities that have Args, and of those that raise that have Raises."""
     quantities = [one for one in functions() if QUANTITY.search(one.arguments)]
     raising = [one for one in functions() if one.raises]
-    return tuple(  # type: ignore[return-value]
-        100 * sum(word in one.doc for one in chosen) / len(chosen) for word, chosen in (('Args:', quantities), ('Raises:', raising))
-    )
+    return _percent('Args:', quantities), _percent('Raises:', raising)
+
+
+def _percent(word: str, chosen: list[Public]) -> float:
+    return 100 * sum(word in one.doc for one in chosen) / len(chosen)
 
 
 def test_functions_with_arrays_or_quantities_say_shapes_and_units() -> None:
