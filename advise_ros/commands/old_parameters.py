@@ -6,7 +6,7 @@ import json
 import os
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from advise_ros.core.errors import InputError
 from advise_ros.mavlink.findings import Change
@@ -66,13 +66,11 @@ def load(path: Path) -> OldParameters:
     """
     try:
         content = json.loads(path.read_text(encoding='utf-8'))
-        kept = tuple(_kept(entry) for entry in content['parameters'])
+        kept = tuple(
+            ParameterChange(str(entry['name']), float(entry['old']), float(entry['new'])) for entry in content['parameters']
+        )
         return OldParameters(str(content['autopilot']), int(content['system']), kept)
     except OSError as problem:
         raise InputError(f'{path}: {problem.strerror}; {WANTED}') from problem
     except (ValueError, KeyError, TypeError) as problem:
         raise InputError(f'{path} is no file of old parameters ({problem}); {WANTED}') from problem
-
-
-def _kept(entry: dict[str, Any]) -> ParameterChange:
-    return ParameterChange(str(entry['name']), float(entry['old']), float(entry['new']))

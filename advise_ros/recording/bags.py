@@ -269,7 +269,10 @@ class _Collected:
         said += [_unfit(count, topic) for count, topic in counts if count]
         event_of = EVENT_OF.get(types.get(found.status, ''), EVENT_OF[ADVISE])
         events, changed = _changes([event_of(message) for _, message in statuses], [place for place, _ in statuses])
-        policy, flew = _changes([_policy_event(message) for _, message in flights], [place for place, _ in flights])
+        policy, flew = _changes(
+            [PolicyEvent(stamp_ns(message), message.phase in POLICY_FLIES) for _, message in flights],
+            [place for place, _ in flights],
+        )
         return Recording(
             PoseSamples(stamps_ns, positions_enu_m), CommandSamples(commands_ns, velocities), events, policy,
             source=str(self._path), notes=(*notes, *said),
@@ -311,10 +314,6 @@ class _Collected:
 
 def _unfit(count: int, topic: str) -> str:
     return f'{count} messages on {topic} do not fit their type and were not used'
-
-
-def _policy_event(message: Any) -> PolicyEvent:
-    return PolicyEvent(stamp_ns(message), message.phase in POLICY_FLIES)
 
 
 def _changes(events: list[EventT], arrived: list[int]) -> tuple[tuple[EventT, ...], Integers]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import struct
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -149,10 +149,6 @@ def from_rows(rows: Sequence[Row], channels: Mapping[int, Channel]) -> Block:
     """The block of messages that came one by one: channel id, sequence, log time, publish time, bytes."""
     numbers = np.array([row[:4] for row in rows], dtype=np.int64).reshape(-1, 4)
     ends = np.cumsum([len(row[4]) for row in rows], dtype=np.int64)
-    starts = ends - _lengths(row[4] for row in rows)
+    starts = ends - np.fromiter((len(row[4]) for row in rows), dtype=np.int64)
     ids, sequences, log_ns, publish_ns = numbers.T
     return Block(b''.join(row[4] for row in rows), channels, ids, sequences, log_ns, publish_ns, starts, ends)
-
-
-def _lengths(pieces: Iterable[bytes]) -> Integers:
-    return np.fromiter((len(piece) for piece in pieces), dtype=np.int64)

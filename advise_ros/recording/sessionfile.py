@@ -74,7 +74,7 @@ class SessionFile:
         Raises:
             AdviseError: it could not be written; the file is as before.
         """
-        self._append({'advice': _record_to_json(record), 'stamp_ns': stamp_ns})
+        self._append({'advice': {**asdict(record), 'verdict': record.verdict.name}, 'stamp_ns': stamp_ns})
 
     def append_asked(self, query_id: int) -> None:
         """Write the id of a query before it is published, so that no later one bears it.
@@ -192,10 +192,6 @@ def _in_words(grid: Grid) -> str:
         f'{grid.width} x {grid.height} cells of {grid.resolution_m:g} m from {list(grid.origin_enu_m)} '
         f'at {grid.altitude_m:g} m, waypoints {waypoints}, {len(grid.blocked)} blocked'
     )
-
-
-def _record_to_json(record: AdviceRecord) -> dict[str, Any]:
-    return {**asdict(record), 'verdict': record.verdict.name}
 
 
 def _record_from_json(values: dict[str, Any], grid: Grid) -> AdviceRecord:

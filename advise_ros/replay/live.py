@@ -34,7 +34,7 @@ from advise_ros.replay.score import (
     score_of,
     stamp_ns_of,
 )
-from advise_ros.replay.session import RecordedMessage, RecordedSession, at
+from advise_ros.replay.session import RecordedSession, at
 from advise_ros.ros import convert, qos
 from advise_ros.ros.graph_client import GraphClient, GraphTimeoutError
 from advise_ros.ros.subscriptions import message_class
@@ -78,7 +78,9 @@ class Live:
         self._nodes = LiveNodes(session)
         self._progress: dict[str, RecorderProgress] = {}
         self._clock_ns = -1
-        self._ends = {_end_ns(one) for one in session.on('demonstration') if is_flown(one.value)}
+        self._ends = {
+            convert.stamp_to_ns(one.value.window_end) for one in session.on('demonstration') if is_flown(one.value)
+        }
         self._landed_by_policy = False
         self._status_sent = False
         self.late: list[str] = []
@@ -288,10 +290,6 @@ class Live:
         """Wait for the last policy's question."""
         wanted = len(self._session.on('advise/query'))
         self._in_time('the last question', lambda: len(self.published.queries) >= wanted, PATIENCE_S)
-
-
-def _end_ns(recorded: RecordedMessage) -> int:
-    return convert.stamp_to_ns(recorded.value.window_end)
 
 
 def _offer(topic: str) -> Any:

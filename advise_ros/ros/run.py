@@ -47,7 +47,7 @@ def run_node(node_class: type[Node], config_class: type[Any], argv: Sequence[str
         0 after a clean stop, 2 on wrong parameters or input, or the node's `exit_code`.
     """
     args = list(sys.argv[1:] if argv is None else argv)
-    name = _executable_name(node_class)
+    name = node_class.__module__.rsplit('.', 1)[-1]
     if '--help' in args or '-h' in args:
         print(help_text(name, node_class.__doc__ or '', config_class))
         return OK
@@ -69,10 +69,6 @@ def _joined(args: list[str]) -> bool:
     signal.signal(signal.SIGTERM, lambda number, _: terminated.append(number))
     rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.ALL)
     return not terminated
-
-
-def _executable_name(node_class: type[Node]) -> str:
-    return node_class.__module__.rsplit('.', 1)[-1]
 
 
 def _spin(node_class: type[Node]) -> int:

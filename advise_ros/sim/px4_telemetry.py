@@ -47,13 +47,9 @@ def current_mode(vehicle: Px4Vehicle) -> Message:
 
 
 def _velocity_frd(vehicle: Px4Vehicle) -> tuple[float, float, float]:
-    forward, left, up = (float(part) for part in vehicle.state.estimated_velocity_enu_m_s @ _axes(vehicle))
+    axes = Rotation.from_quat(vehicle.state.body['q']).as_matrix()  # The body's, as columns in ENU, (3, 3).
+    forward, left, up = (float(part) for part in vehicle.state.estimated_velocity_enu_m_s @ axes)
     return frames.flu_from_frd((forward, left, up))
-
-
-def _axes(vehicle: Px4Vehicle) -> Any:
-    """The body's axes as columns in ENU, (3, 3)."""
-    return Rotation.from_quat(vehicle.state.body['q']).as_matrix()
 
 
 BUILDERS: dict[int, Callable[[Any], Message | None]] = {
