@@ -1,4 +1,4 @@
-"""discretise: recordings + a grid -> demonstrations, with a table of what was found and what was not used."""
+"""discretise: recordings + a grid -> demonstrations, with a table of them and of what was not used."""
 
 from __future__ import annotations
 

@@ -36,7 +36,7 @@ class Domain:
         name: as in the figures.
         mdp: transitions and the discount that learning and planning use.
         reward: (n,) true reward; wait is its negative.
-        ended: (n,) states that are never left; nobody acts or is asked there.
+        ended: (n,) states that are never left; no action is chosen there and nothing asked.
         goal: (n,) states that count as success.
         start: (n,) where an evaluated policy starts, a distribution.
         measure: of performance.

@@ -33,7 +33,7 @@ class Fields(NamedTuple):
         return InputError(f"{self.path}: field '{name}' {reason}")
 
     def check_names(self, known: Collection[str]) -> None:
-        """Refuse what nobody would read, which is most often a misspelling.
+        """Refuse unknown fields, most often a misspelling.
 
         Raises:
             InputError: one of them is unknown; names the known ones.

@@ -38,11 +38,11 @@ SETTLED_S, STILL_M_S = 3.0, 0.2
 # The armed bit is in the heartbeat, which is slow.
 ARMED_LAG_S = 2.0
 PREARM_ASK_S = 5.0
-# Whose setpoints it follows shows in its target, at this rate.
+# Its target, which shows the setpoints that it follows, is asked for at this rate.
 TARGET = (mav.POSITION_TARGET_LOCAL_NED, 20.0)
-# A take-over stands for so long before it is said to have succeeded: somebody else's setpoints show in less.
+# A take-over must stand this long before it has succeeded: setpoints of another sender show in less.
 SETTLE_S, SETTLE_PERIOD_S = 0.6, 0.05
-# Velocities of somebody before us are reported for no longer than this; it is not waited for longer to be seen to follow.
+# Velocities of an earlier sender are reported for at most this long; waiting for ours to be followed ends after it, too.
 TAKEN_S, UNSEEN_S = 2.0, 3.0
 
 
@@ -112,7 +112,7 @@ class ArduPilot(Machine):
         return message
 
     def observe(self, message: Message, now_s: float) -> None:
-        """Whose setpoints it follows."""
+        """Look at which setpoints it follows."""
         if message.get_msgId() == mav.POSITION_TARGET_LOCAL_NED and self.holder is Holder.OURS:
             self._targets.report(message, now_s)
             if self._targets.foreign and self._vehicle.custom_mode == GUIDED:

@@ -19,12 +19,12 @@ STOP_S = 0.7
 SLOW_M_S = 1.5
 # A place this many seconds of the velocity away is flown to at that velocity (MPC_Z_P is 1).
 LEAD_S = 1.0
-# PX4 comes as far off its place as its velocity estimate is off (m/s), as its position gain is 1: from so long after it
+# PX4 comes as far off its place as its velocity estimate is off (m/s), as its position gain is 1: from this long after it
 # was given a place, the place that is asked for is farther on the other side, up to a limit. That is for prompt links: late
 # positions would make it swing.
 STOPPED_S, STIFFER, FURTHEST_M = 2.0, 1.4, 0.7
 PROMPT_S = 0.25
-# Nobody asked for this long: the next place is a new one.
+# After this long without being asked for, the next place is a new one.
 FORGET_S = 0.5
 
 

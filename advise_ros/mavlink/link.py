@@ -66,7 +66,7 @@ class Link:
 
     @property
     def bad_bytes(self) -> int:
-        """Bytes received that were no MAVLink, or of messages that nobody here knows."""
+        """Bytes received that were no MAVLink, or of unknown messages."""
         return self._framer.bad_bytes
 
     @property
@@ -95,7 +95,7 @@ class Link:
         self._peer = source
 
     def send(self, message: Message) -> bool:
-        """Send one message; False if nobody could take it, which is counted in `unsent`."""
+        """Send one message; False if there is no peer, which is counted in `unsent`."""
         try:
             self._transport.send(self._encoder.frame(message), self._peer)
         except OSError:

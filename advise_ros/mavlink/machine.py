@@ -1,4 +1,4 @@
-"""What the state machines of all autopilots share: whose the vehicle is, and one goal on its way through phases."""
+"""What the state machines of all autopilots share: who owns the vehicle, and one goal on its way through phases."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class Machine(ABC):
     intervals: ClassVar[tuple[tuple[int, float], ...]]
     # Setpoints must never pause while it is commandable.
     streams: ClassVar[bool]
-    # Sends its texts only to those who say in their heartbeat that they are a ground station.
+    # Sends its texts only to components whose heartbeat is that of a ground station.
     texts_to_ground_stations_only: ClassVar[bool] = False
 
     def __init__(self, vehicle: Vehicle, ready_timeout_s: float) -> None:
@@ -100,7 +100,7 @@ class Machine(ABC):
 
     @property
     def holder(self) -> Holder:
-        """Whose the armed vehicle is."""
+        """Who owns the armed vehicle."""
         return self._ownership.holder
 
     @property

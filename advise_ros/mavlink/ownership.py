@@ -1,4 +1,4 @@
-"""Whose the armed vehicle is, and which failsafe of the autopilot has it."""
+"""Who owns the armed vehicle, and which failsafe of the autopilot controls it."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from enum import Enum
 
 from advise_ros.mavlink.vehicle import Vehicle
 
-# A text so long before or after a change of mode explains it; heartbeats come once a second.
+# A text within this time of a change of mode explains it; heartbeats come once a second.
 EXPLAINS_S = 3.0
 # What PX4 says of every failsafe; its reasons go as events, which need a dictionary of its very version.
 BARE = re.compile(r'failsafe( mode)?( activated)?', re.IGNORECASE)
 
 
 class Holder(Enum):
-    """Whose the armed vehicle is. Only a take-off or a take-over that a person asks for makes it OURS."""
+    """Owner of the armed vehicle. Only a take-off or a take-over that a person asks for makes it OURS."""
 
     NOBODY = 'nobody'
     OURS = 'ours'
@@ -23,10 +23,10 @@ class Holder(Enum):
 
 
 class Ownership:
-    """Whose the vehicle is, and why it is not ours.
+    """Who owns the vehicle, and why it is not ours.
 
     A bridge owns nothing that it did not take off or take over. What it has lost stays lost: a mode that comes
-    back may be somebody's who flies in it himself, or a failsafe that has ended over a vehicle on the ground.
+    back may be used by another pilot, or a failsafe that has ended over a vehicle on the ground.
 
     Attributes:
         holder: of the armed vehicle; NOBODY while it is disarmed.

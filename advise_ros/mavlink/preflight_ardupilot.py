@@ -168,5 +168,5 @@ def _skipped_checks(values: Values, _: Room | None) -> Finding | None:
 
 
 def _partly(said: str, remedy: str) -> Finding:
-    """Somebody chose which checks: that is left to him."""
+    """Which checks are on was chosen by hand and is left so."""
     return advice(said, f'{remedy} unless you know why')

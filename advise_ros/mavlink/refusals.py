@@ -19,7 +19,7 @@ class VehicleSituation(NamedTuple):
     Attributes:
         task: the goal under way.
         vehicle: its facts.
-        ours, commandable: whose it is, and whether setpoints reach it.
+        ours, commandable: whether we own it, and whether setpoints reach it.
         waiting_for: what the goal under way waits for.
         lost: why it is not ours, in words.
         failsafe: that has it, in words, '' if none.

@@ -1,7 +1,7 @@
 """Whether the setpoints that an ArduPilot follows are ours.
 
-It reports its target in POSITION_TARGET_LOCAL_NED: our velocity to 1e-6, 60 ms after it came, or what somebody
-else sent since. On the way our setpoints may be lost, late or overtaken, so a target counts as ours if it is
+It reports its target in POSITION_TARGET_LOCAL_NED: our velocity to 1e-6, 60 ms after it came, or what another
+sender asked for since. On the way our setpoints may be lost, late or overtaken, so a target counts as ours if it is
 any that we sent before, or a slower one that the autopilot made of ours: it stands when they cease (GUID_TIMEOUT)
 and brakes before its own fence.
 """
@@ -38,10 +38,10 @@ class Sent(NamedTuple):
 
 
 class SetpointWatch:
-    """Compares the autopilot's targets with what we sent; once ours was seen, any other is somebody else's.
+    """Compares the autopilot's targets with what we sent; once ours was seen, any other is from another sender.
 
     Attributes:
-        foreign: what somebody else's setpoints ask for, in words; '' while there are none.
+        foreign: what setpoints of another sender ask for, in words; '' while there are none.
     """
 
     def __init__(self) -> None:
@@ -52,7 +52,7 @@ class SetpointWatch:
         """We begin to send.
 
         Args:
-            patience_s: how long velocities of somebody before us may go on to be reported; a take-off leaves none.
+            patience_s: how long velocities of an earlier sender may go on to be reported; a take-off leaves none.
         """
         self.foreign = ''
         self._patience_s = patience_s

@@ -124,7 +124,7 @@ class GoalTask:
 
     @property
     def in_own_mode(self) -> bool:
-        """A take-off or take-over is past the change of mode: from here on another mode is somebody else's doing."""
+        """A take-off or take-over is past the change of mode: from here on another mode was set by another sender."""
         past = (GoalPhase.ARM, GoalPhase.TAKEOFF, GoalPhase.CLIMB, GoalPhase.SETTLE)
         return self.goal_is(Goal.TAKEOFF, Goal.TAKE_OVER) and self.phase in past
 

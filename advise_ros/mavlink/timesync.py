@@ -19,7 +19,7 @@ RECENT_S = 2.0
 SILENT_S = 1.5
 # Questions that are waited for; an autopilot that answers none is not asked in vain for ever more of them.
 OPEN = 64
-# Answers that wait to be sent; more only come from somebody who floods us.
+# Answers that wait to be sent; only a flood of questions makes more.
 UNSENT = 16
 
 
@@ -82,7 +82,7 @@ class Timesync:
             return
         asked_s = self._open.pop(int(message.ts1), None)
         if asked_s is None:
-            return  # Somebody else's, or a repetition.
+            return  # Of another sender, or a repetition.
         theirs_s = message.tc1 / NS
         self.bounds = Bounds(asked_s - theirs_s, at_s - theirs_s)
         self._answered.append((at_s, at_s - asked_s))

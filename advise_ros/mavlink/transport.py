@@ -1,6 +1,6 @@
 """Sockets and serial ports behind one interface, from a pymavlink connection string.
 
-pymavlink's own connections are not used: they spin when a TCP peer dies and keep no account of who sent what.
+pymavlink's own connections are not used: they spin when a TCP peer dies and do not say which address sent what.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ class Transport(Protocol):
         """Next bytes and their sender; empty after WAIT_S without any."""
 
     def send(self, data: bytes, to: Address | None) -> None:
-        """Send without blocking; raises OSError when there is nobody to send to."""
+        """Send without blocking; raises OSError when there is no peer."""
 
     def drop(self) -> None:
         """Forget a broken connection; the next `receive` makes a new one."""

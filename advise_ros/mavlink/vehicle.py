@@ -14,7 +14,7 @@ from advise_ros.mavlink.frames import enu_from_ned, yaw_enu_from_ned
 from advise_ros.mavlink.messages import Message
 from advise_ros.mavlink.stamps import BootOrder
 
-# Who sent a datagram; None on a line with two ends.
+# Sender of a datagram; None on a line with two ends.
 Address = tuple[str, int]
 
 # A text is put together from chunks of this many characters up to the other; a shorter chunk ends it.
@@ -157,7 +157,7 @@ class Vehicle:
         return self.landed_state in (mav.IN_AIR, mav.TAKING_OFF, mav.LANDING)
 
     def observe(self, message: Message, now_s: float, address: Address | None = None) -> bool:
-        """Take a message in; False if it is somebody else's, or its numbers can't be true.
+        """Take a message in; False if it is from another sender, or its numbers can't be true.
 
         Args:
             message: of any sender.
@@ -256,7 +256,7 @@ class Vehicle:
     def _on_ack(self, message: Message, now_s: float) -> None:
         ours = message.target_system in (0, self.own_system) and message.target_component in (0, self.own_component)
         if not ours:
-            return  # The answer to somebody else's command.
+            return  # The answer to a command of another sender.
         self.acks.append(Ack(int(message.command), int(message.result), now_s))
         del self.acks[:-50]
 

@@ -17,7 +17,7 @@ class BridgeServices:
     """`mavlink_bridge/arm`, `takeoff`, `land` and `take_over`: each begins a goal and answers by the vehicle's word.
 
     Args:
-        node: whose services they are.
+        node: that offers them.
         begin: begins a goal, or answers it at once with a refusal.
     """
 

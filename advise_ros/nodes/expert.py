@@ -27,7 +27,7 @@ REPLY_TIMEOUT_S = 10.0
 
 
 class ExpertNode(Node):
-    """Answers `advise/query` by the service `advise/answer`, as a person would who knows the route.
+    """Answers `advise/query` by the service `advise/answer`, as a person with a known route would.
 
     It prefers the actions that are right in most of a question's cells and avoids those that are right in
     none; a share `error_rate` of its answers is wrong, a share `skip_rate` of the questions is skipped, and
@@ -92,7 +92,7 @@ class ExpertNode(Node):
         self._say()
 
     def _say(self) -> None:
-        """Send the answer, or try again soon while nobody listens."""
+        """Send the answer, or try again soon while the service is missing."""
         if self._answer is None or self._sent is not None:
             self._retry.cancel()
         elif not self._client.service_is_ready():

@@ -1,4 +1,4 @@
-"""The guard alone, for people who fly through MAVROS or another bridge."""
+"""The guard alone, for flights through MAVROS or another bridge."""
 
 from __future__ import annotations
 

@@ -49,7 +49,7 @@ class MavlinkBridge(ManagedNode):
     Publishes `pose` (PoseStamped, ENU, frame map), `vehicle_status` and `battery_state`. Flies `cmd_vel`
     (TwistStamped, frame map) as velocity setpoints while the vehicle is in the air in GUIDED (ArduPilot) or
     OFFBOARD (PX4); every command passes the guard first (see the node guard). A stale command becomes zero
-    velocity. A bridge owns nothing that it did not take off or take over: what somebody else flies, a mode that
+    velocity. A bridge owns nothing that it did not take off or take over: what another pilot flies, a mode that
     somebody else or a failsafe sets, and (ArduPilot) setpoints of somebody else end its commands until
     `mavlink_bridge/take_over` is asked for. Time-outs are in real seconds, also when a simulation runs faster.
 

@@ -1,4 +1,4 @@
-"""The node that flies demonstrations like a person who is often wrong."""
+"""The node that flies demonstrations like a person with errors."""
 
 from __future__ import annotations
 
@@ -257,7 +257,7 @@ class PilotNode(Node):
 
 
 def flight_choices(site: Site, config: PilotConfig, flight: int) -> SimulatedPilot:
-    """Who chooses the moves of a flight: the mistakes are those of the seed, the noise that of seed and flight."""
+    """The simulated pilot of a flight: its mistakes follow from the seed, its noise from seed and flight."""
     rng = np.random.default_rng(config.seed)
     demonstrator = SimulatedPilot(site.grid, config.noise_rate, config.mistake_share, rng, right=site.right)
     rng.bit_generator.state = np.random.default_rng((config.seed, flight)).bit_generator.state

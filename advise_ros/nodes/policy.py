@@ -33,7 +33,7 @@ from advise_ros.ros.flying import NEWEST_POSE, between_poses_ns, velocity_comman
 from advise_ros.ros.managed import ManagedNode
 from advise_ros.ros.readiness import GoalPatience, Readiness
 
-# After a flight zero velocity is sent for so long, then nothing: another node may fly.
+# After a flight zero velocity is sent for this long, then nothing: another node may fly.
 HOLD_S, DIAGNOSE_PERIOD_S = 1.0, 0.5
 ENDS_AS_WANTED = (FlightPhase.SUCCEEDED, FlightPhase.CANCELED)
 # Of zero velocity while it holds (steady time).
@@ -41,7 +41,7 @@ WATCHDOG_HZ = 50.0
 
 
 class Flying(NamedTuple):
-    """A flight under way and whose it is."""
+    """A flight under way and the goal that began it."""
 
     flight: PolicyFlight
     policy_version: int

@@ -10,7 +10,7 @@ from advise_ros.core.units import NS
 
 NS_PER_US = 1000
 ADVISE, MAVROS, PX4 = 'advise_msgs/msg/VehicleStatus', 'mavros_msgs/msg/State', 'px4_msgs/msg/VehicleStatus'
-# Where each is found if nobody names a topic; a name without leading '/' is that of any namespace.
+# Where each is looked for if no topic is named; a name without leading '/' is that of any namespace.
 STATES = ((ADVISE, 'vehicle_status'), (MAVROS, 'state'), (PX4, 'fmu/out/vehicle_status'), (PX4, 'fmu/out/vehicle_status_v1'))
 # https://docs.px4.io/main/en/msg_docs/VehicleStatus.html
 PX4_ARMED = 2

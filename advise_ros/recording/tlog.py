@@ -159,7 +159,7 @@ def _message_id(data: bytes, start: int) -> int:
 def _take(codec: Any, data: bytes, at: int, length: int) -> tuple[bool, Message | None]:
     """Whether the frame is sound, and its message if it is a wanted one.
 
-    Decoding costs most of the time: a frame nobody wants is believed when another follows it at once.
+    Decoding costs most of the time: a frame that is not needed is believed when another follows it at once.
     """
     after, message_id = at + length, _message_id(data, at + STAMP_BYTES)
     if message_id not in WANTED and (after == len(data) or _length(data, after)):

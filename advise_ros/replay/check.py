@@ -55,7 +55,7 @@ def check(
 
 
 def _check_overrides(session: RecordedSession) -> None:
-    """No grid at all is a mistake of the one who asks, not something that would have changed."""
+    """A missing grid is wrong input, not something that would have changed."""
     for recorded in session.on('demonstration'):
         try:
             flown = convert.grid_from_msg(recorded.value.grid)

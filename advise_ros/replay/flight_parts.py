@@ -90,7 +90,7 @@ def _flight(
 
 
 def _until_silence(commands: tuple[RecordedMessage, ...], last: RecordedMessage) -> tuple[RecordedMessage, ...]:
-    """Those before the node died: after it nobody commands, until somebody else does."""
+    """The commands before the node died; later ones are from another node."""
     for index, (before, after) in enumerate(pairwise(commands), start=1):
         silent_ns = after.message.publish_time_ns - before.message.publish_time_ns
         if silent_ns > SILENCE_NS and after.message.publish_time_ns > last.message.publish_time_ns:

@@ -40,7 +40,7 @@ from advise_ros.ros.graph_client import GraphClient, GraphTimeoutError
 from advise_ros.ros.subscriptions import message_class
 
 START_PATIENCE_S, LEARN_PATIENCE_S, PATIENCE_S, COMMAND_PATIENCE_S = 300.0, 300.0, 60.0, 1.0
-# A node that is short of processor time answers late; one that has once not answered at all is not waited for so long again.
+# A node that is short of processor time answers late; after one that never came, later ones are waited for less.
 COMMAND_TRIES, COMMAND_TRIES_AFTER = 40, 2
 GOAL_TRIES = 10
 # At most this many positions may be on their way, with clock and commands beside them: less than a socket holds (200 KiB, a
@@ -55,7 +55,7 @@ class Live:
 
     Args:
         speed: recorded seconds a second, at most; it waits for the nodes.
-        domain: ROS domain, in which nobody else may be.
+        domain: ROS domain that nothing else uses.
 
     Raises:
         InputError: the session cannot be lived through again.

@@ -13,7 +13,7 @@ from advise_ros.ros.graph_client import GraphClient
 from advise_ros.ros.receivers import counted
 
 MARK_S = 1.0
-# Who takes what; a writer that has not matched them all would lose what it sends. Positions have any name.
+# Readers of each topic; a writer that has not matched them all would lose what it sends. Positions have any name.
 READERS: Mapping[str, frozenset[str]] = {
     'cmd_vel': frozenset({'recorder'}), 'vehicle_status': frozenset({'recorder', 'policy'}),
     'demonstration': frozenset({'recorder', 'advise'}),

@@ -107,7 +107,7 @@ FAILED = 'another try: '
 
 
 class VehicleLog:
-    """Logs the link, whose the vehicle is, its failsafe, and goals that failed after they had begun."""
+    """Logs the link, the owner of the vehicle, its failsafe, and goals that failed after they had begun."""
 
     def __init__(self, log: ChangeLog) -> None:
         self._log = log

@@ -110,5 +110,5 @@ def demonstration_from_msg(demonstration: msg.Demonstration) -> Demonstration:
 
 
 def vehicle_from_msg(message: msg.VehicleStatus) -> VehicleState:
-    """What matters to who flies the vehicle."""
+    """The vehicle's state for those that fly it."""
     return VehicleState(**{name: getattr(message, name) for name in VehicleState._fields if hasattr(message, name)})

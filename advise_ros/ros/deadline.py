@@ -12,10 +12,10 @@ SLACK_NS = 2_000_000
 
 
 class Deadline:
-    """Calls `missed` once when `came` was not called for so long; exact, where a periodic look comes up to a period late.
+    """Calls `missed` once when `came` was not called for `after_s`; exact, where a periodic look comes up to a period late.
 
     Args:
-        node: whose executor calls.
+        node: its executor calls.
         after_s: how long; steady time.
         missed: called in the executor's thread. The deadline is off then, until `came`.
     """

@@ -268,7 +268,7 @@ class GraphClient:
         return bool(handle.accepted)
 
     def _send(self, goal: Fly.Goal, timeout_s: float = REPLY_PATIENCE_S) -> Any | None:
-        """The handle of a goal; None when nobody replied."""
+        """The handle of a goal; None without a reply."""
         try:
             return self._done('the reply of policy/fly', lambda: self._fly.send_goal_async(goal), timeout_s)
         except GraphTimeoutError:

@@ -23,7 +23,7 @@ class ParameterWatch:
     """Asks each node once for all its parameters; one that was started again is asked again.
 
     Nodes of the same name are distinguished by their publisher of parameter events, which rclpy and rclcpp give
-    every node: who was killed stays in the graph for a while, and who is started again may come before it is gone.
+    every node: a killed one stays in the graph for a while, and its successor may come before it is gone.
 
     Call `refresh` now and then; answers arrive through the executor.
     """

@@ -19,7 +19,7 @@ SOCKETS = Path('/proc/net/udp')
 
 @contextmanager
 def private_domain(candidates: Sequence[int] = DOMAINS) -> Iterator[int]:
-    """The id of a domain that is locked for this machine while in use and in which nobody listens.
+    """The id of a domain that is locked for this machine while in use and on which nothing listens.
 
     Raises:
         InputError: there is none among the candidates.
@@ -41,7 +41,7 @@ def private_domain(candidates: Sequence[int] = DOMAINS) -> Iterator[int]:
 
 
 def is_silent(domain: int) -> bool:
-    """Whether nobody on this machine listens in a domain: its UDP ports are free."""
+    """Whether nothing on this machine listens in a domain: its UDP ports are free."""
     first = PORT_BASE + PORTS_PER_DOMAIN * domain
     return _ports_in_use().isdisjoint(range(first, first + PORTS_PER_DOMAIN))
 

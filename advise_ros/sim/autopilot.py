@@ -104,7 +104,7 @@ class Autopilot(ABC):
 
     @abstractmethod
     def _on_heartbeat(self, message: Message) -> list[Message]:
-        """Somebody lives."""
+        """Note a peer's heartbeat."""
 
     # -- in and out --------------------------------------------------------------------------
     def step(self) -> list[Message]:

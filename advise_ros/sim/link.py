@@ -27,7 +27,7 @@ class Port(Protocol):
         """The messages that have arrived."""
 
     def write(self, frames: list[bytes]) -> None:
-        """Send whole frames, or drop them when nobody listens."""
+        """Send whole frames, or drop them when there is no peer."""
 
     def close(self) -> None:
         """Give the port back."""

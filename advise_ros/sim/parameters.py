@@ -74,7 +74,7 @@ class AutopilotParameters:
 
 
 def _made(table: dict[str, Entry], **more: Any) -> AutopilotParameters:
-    """Parameters of name -> (value, lowest, highest), or the value alone where nobody can change it."""
+    """Parameters of name -> (value, lowest, highest), or the value alone where it cannot be changed."""
     values = {name: entry[0] if isinstance(entry, tuple) else entry for name, entry in table.items()}
     settable = {name: (entry[1], entry[2]) for name, entry in table.items() if isinstance(entry, tuple)}
     return AutopilotParameters(values, settable, **more)

@@ -140,7 +140,7 @@ class Px4Vehicle(SimulatedVehicle):
         return DONE
 
     def _intend(self, mode: Px4Mode) -> None:
-        """Somebody wants a mode; the last one that can be armed in is gone back to once disarmed."""
+        """Note the mode that was asked for; the last one that can be armed in is gone back to once disarmed."""
         self.intended = mode
         if mode in PX4_ARMABLE:
             self._after_disarming = mode

@@ -41,7 +41,7 @@ class Streams:
         self._due_ns.pop(message_id, None)
 
     def due(self, now_ns: int) -> list[int]:
-        """The messages whose time has come; what was missed is not made up for.
+        """The messages whose time has come; what was missed is not caught up.
 
         Args:
             now_ns: simulated time.

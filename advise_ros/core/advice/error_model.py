@@ -1,4 +1,4 @@
-"""How likely each action is the right one in each state, from what a person who errs did there.
+"""How likely each action is the right one in each state, from the moves of a person with errors.
 
 In most states a person takes the right action but for slips; in the others he takes the same wrong one again and
 again, and the right one now and then. How often he slips, how often he takes his mistake where he has one, and which
@@ -29,7 +29,7 @@ RESCUED_BOUNDS = (0.05, 0.45)
 LEAST_OTHER = 1e-4
 # A demonstrator is taken to make mistakes when the moves are this many times likelier than without any.
 EVIDENCE = 1000.0
-# A demonstrator who seems mistaken in a larger share of the states does not show what is right.
+# A demonstrator with mistakes in a larger share of the states does not show what is right.
 MOST_MISTAKES = 0.5
 
 

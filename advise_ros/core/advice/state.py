@@ -1,7 +1,7 @@
 """What the log of answers says, computed once a change and passed down; and what is imitated because of it.
 
 Answers about one state can contradict each other. Answers that the demonstrations do not bear out are asked for again, and
-what was said more often is followed: who flies badly still makes the right move now and then, also where he makes the same
+what was said more often is followed: a clumsy pilot still makes the right move now and then, also where he makes the same
 mistake again and again, so an answer that prefers what was hardly ever flown in a whole cluster is more likely a slip.
 """
 

@@ -165,7 +165,7 @@ def taken_back(demonstration_id: str, source: str, grid: Grid, now_ns: int) -> D
 
     Args:
         demonstration_id: of the demonstration to take back.
-        source: who takes it back.
+        source: of what takes it back.
         grid: of the demonstration.
         now_ns: stamp; its window begins and ends there.
     """

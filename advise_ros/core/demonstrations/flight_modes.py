@@ -1,4 +1,4 @@
-"""Who moves the vehicle in a flight mode: commands, a person's sticks or the autopilot itself.
+"""What moves the vehicle in a flight mode: commands, a person's sticks or the autopilot itself.
 
 Modes: ArduCopter https://ardupilot.org/copter/docs/flight-modes.html, PX4 https://docs.px4.io/main/en/flight_modes_mc/.
 """

@@ -21,7 +21,7 @@ from advise_ros.core.units import NS, Vector
 # Samples of one stamp may be on their way for this long, and overtake each other.
 SETTLE_S = 0.2
 SETTLE_NS = round(SETTLE_S * NS)
-# So long without a position, those that are held back as doubtful are given up.
+# After this long without a position, those that are held back as doubtful are given up.
 SILENCE_S = 5.0
 
 

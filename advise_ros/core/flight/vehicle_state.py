@@ -8,7 +8,7 @@ OTHERS = 'others'
 
 
 class VehicleState(NamedTuple):
-    """The fields of advise_msgs/VehicleStatus that matter to who flies it."""
+    """The fields of advise_msgs/VehicleStatus that matter for flying it."""
 
     ready: bool
     armed: bool

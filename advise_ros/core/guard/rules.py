@@ -24,7 +24,7 @@ from advise_ros.core.parameter import parameter
 from advise_ros.core.units import MAP_FRAME, ZERO, Vector
 
 AXES = ('east', 'north', 'up')
-# Of the reaction, which counts everything twice: enough for a loop that closes late, and no news to who flies at the limit.
+# Of the reaction, which counts everything twice: enough for a loop that closes late, and not felt at the limit.
 STILL_TO_REACT = 2.0 / 3.0
 # Of the reaction, what is left beside commands that are counted one by one.
 BESIDE_UNDER_WAY = 1.0 / 3.0
@@ -196,7 +196,7 @@ def held_back(verdict: GuardVerdict, position: Vector, under_way: Vector, limits
         verdict: what may be flown by the position alone.
         position: (3,).
         under_way: (3,) how far the commands lead that the vehicle may not have yet, metres.
-        limits: of whose reaction BESIDE_UNDER_WAY is used.
+        limits: a share BESIDE_UNDER_WAY of its reaction is used.
     """
     fence = limits.fence
     if fence is None or under_way == ZERO or outside(limits, position):

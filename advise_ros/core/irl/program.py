@@ -158,7 +158,7 @@ class Solution(NamedTuple):
         zeta, slack: (|S|,) margins and eta of the advised states.
         objective: of the maximisation, at this point.
         bound: proven: no point has a higher objective.
-        solver: who found it.
+        solver: its name.
         duals: what proves the bound.
     """
 

@@ -19,7 +19,7 @@ from advise_ros.core.planning.process import FiniteProcess, Mdp
 
 @dataclass(frozen=True)
 class Demonstrator:
-    """Someone who shows what to do and is often wrong.
+    """A demonstrator with errors.
 
     Attributes:
         demonstrations: how many.

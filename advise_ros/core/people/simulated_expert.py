@@ -16,10 +16,10 @@ from advise_ros.core.planning.rollout import optimal_table
 
 @dataclass(frozen=True)
 class Expert:
-    """How somebody answers who knows what is right.
+    """How an expert answers.
 
     Preferred are the actions that are right in most of the states ('plurality', the paper's choice), and with
-    'majority' also those that are right in at least half of them: who is asked about the way to a corner says
+    'majority' also those that are right in at least half of them: asked about the way to a corner, people say
     "east or south". Avoided are the actions that are right in none of the states ('never_optimal', or if there
     is none all others), or always all others ('all_others').
 
@@ -48,7 +48,7 @@ def reply(expert: Expert, right: Bools, rng: np.random.Generator) -> Reply:
     """What an expert says about some states; MIXED where nothing is left to avoid.
 
     Args:
-        expert: who answers.
+        expert: how it answers.
         right: (m, n_actions) the right actions of the states.
         rng: of errors and skips.
     """
@@ -79,7 +79,7 @@ def without_error(expert: Expert, right: Bools) -> tuple[tuple[int, ...], tuple[
 
 
 class SimulatedExpert:
-    """Answers queries about a route like a person who knows the way.
+    """Answers queries about a known route like a person.
 
     Args:
         grid: the route.

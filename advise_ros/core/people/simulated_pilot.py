@@ -16,7 +16,7 @@ MISTAKE_RATE = 0.75
 
 
 class SimulatedPilot:
-    """Flies the route as a person who is often wrong.
+    """Chooses the moves of a pilot with errors.
 
     Where several moves are right, the person has the habit of one of them. In `mistake_share` of the
     states that have a wrong move, the same one is taken most of the time; elsewhere wrong moves are

@@ -269,7 +269,7 @@ def occupancy(mdp: Mdp, policy: Floats, start: Floats) -> Floats:
 
 @dataclass(frozen=True, eq=False)
 class FiniteProcess:
-    """What algorithm 1 is run on: a decision process whose reward nobody has written down.
+    """What algorithm 1 is run on: a decision process without a reward.
 
     Attributes:
         mdp: transitions and discount.

@@ -33,7 +33,7 @@ ROUGH = 1e-3
 # Smallest numbers of states in a region; the next one is tried where the gap is too wide.
 REGIONS = (500, 1500, 4500)
 NAME = 'local'
-# Up to this many states an exact solution is quick enough for a person who waits.
+# Up to this many states an exact solution is quick enough to wait for.
 QUICK = 5000
 # Of the small programs: what they leave is part of the gap. Where much is fixed, tighter ones are not to be had.
 TOLERANCE = 1e-6
@@ -50,7 +50,7 @@ class Region(NamedTuple):
     """A part of a process.
 
     Attributes:
-        inside: (n,) whose rows are looked at.
+        inside: (n,) states with rows in the region.
         states: (t,) those and all that their rows reach, ascending.
         rim: (t,) which of `states` are reached only.
         fixed: (t,) which of them also rows outside reach.

@@ -156,7 +156,7 @@ class System:
     """K of one problem: made, factored and solved as often as wanted.
 
     Args:
-        problem: whose K it is.
+        problem: that K is made of.
         factors: for the pattern of its process.
     """
 

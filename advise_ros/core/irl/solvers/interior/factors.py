@@ -135,7 +135,7 @@ _idle: dict[str, WeakKeyDictionary[Mdp, Factors]] = {kind: WeakKeyDictionary() f
 
 @contextmanager
 def factors(mdp: Mdp, pattern: Pattern, kind: str) -> Iterator[Factors]:
-    """Factors for the process's pattern, those of an earlier program if nobody uses them.
+    """Factors for the process's pattern, those of an earlier program if they are free.
 
     Raises:
         InputError: the package is missing.

@@ -1,4 +1,4 @@
-"""The program by an interior-point method of its own (Mehrotra 1992), whose every step is one n x n system in v.
+"""The program by an interior-point method of its own (Mehrotra 1992): each step solves one n x n system in v.
 
 Of each state the reward, the margin with its rows and cap, and the slack are local: given dv they follow by
 themselves, so they are eliminated by hand (`blocks.py`), and what is left is `elimination.System`. A step is
