@@ -239,7 +239,7 @@ class Machine(ABC):
         if not vehicle.armed:
             self._ownership.rest()
         elif task.in_own_mode and not away and self.holder is not Holder.OURS:
-            self._ownership.claim()
+            self._claim()
         elif self.holder is Holder.NOBODY:
             self._ownership.lose('somebody else flies it, or a bridge before this one')
         elif self.holder is Holder.OURS and away and not task.goal_is(Goal.LAND):
@@ -250,6 +250,9 @@ class Machine(ABC):
             task.give_up('somebody else armed it')
         elif task.goal_is(Goal.TAKE_OVER) and not vehicle.armed:
             task.give_up('it was disarmed')
+
+    def _claim(self) -> None:
+        self._ownership.claim()
 
     @property
     def _mode_set(self) -> str:
