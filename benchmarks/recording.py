@@ -51,7 +51,7 @@ class Trial:
     sent: int
     reached_hz: float
     recorded: int
-    bare_heard: int
+    bare_received: int
     logger_us: float
     bare_us: float
     bytes_a_message: float
@@ -172,7 +172,7 @@ def read(file: Path) -> tuple[int, float]:
                 count += 1
                 if topics[record.channel_id] == f'/{TOPIC}':
                     numbers.add(bytes(record.data[STAMP_AT : STAMP_AT + 4]))
-        assert salvage.whole, salvage.told()
+        assert salvage.whole, salvage.losses()
     return len(numbers), file.stat().st_size / max(1, count)
 
 

@@ -257,5 +257,5 @@ class Companion:
 
     def _waiting_for(self, machine: Machine) -> str:
         """With what may be wrong with the link, if nothing comes of what was asked for."""
-        waiting, unheard = machine.waiting_for, self.vehicle.health is None
-        return f'{waiting} ({self._link_problem})' if waiting and unheard and self._link_problem else waiting
+        waiting, silent = machine.waiting_for, self.vehicle.health is None
+        return f'{waiting} ({self._link_problem})' if waiting and silent and self._link_problem else waiting

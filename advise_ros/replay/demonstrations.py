@@ -129,15 +129,15 @@ def _windows(session: RecordedSession, config: RecorderConfig, flown: list[Recor
     cut = [demonstration_of(grid, one.part, one.flight, config.discretise_settings(), '') for one in flights]
     windows = {demonstration.window_ns[0]: demonstration for demonstration in cut}
     stopped = [one for one in flown if one.value.end_reason == EndReason.STOPPED]
-    unheard = [one for one in flown if CLIMB_MISSED in one.value.audit.notes and one not in stopped]
+    missed = [one for one in flown if CLIMB_MISSED in one.value.audit.notes and one not in stopped]
     for one in flown:
-        if one not in stopped and one not in unheard:
+        if one not in stopped and one not in missed:
             stage.count(_window_difference(one, windows, flights))
     if stopped:
         windows_were = '1 window was' if len(stopped) == 1 else f'{len(stopped)} windows were'
         stage.notes.append(f'{windows_were} ended by recorder/stop and taken as recorded: a call is an input')
-    if unheard:
-        windows_begin = '1 window begins' if len(unheard) == 1 else f'{len(unheard)} windows begin'
+    if missed:
+        windows_begin = '1 window begins' if len(missed) == 1 else f'{len(missed)} windows begin'
         stage.notes.append(f'{windows_begin} in mid-flight, where the recorder began, and taken as recorded')
     without = sum(not why_not(one, of.flight, manual=False) for one, of in zip(cut, flights, strict=True)) - len(flown)
     if without > 0:

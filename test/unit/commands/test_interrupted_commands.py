@@ -22,7 +22,7 @@ def interrupted(*_: object, **__: object) -> NoReturn:
 @pytest.mark.parametrize(
     ('run', 'work', 'words'),
     [
-        (discretise.run, (discretise, 'harvest'), ['flight.tlog', '--grid', GRID, '--out', '{tmp}/demos.json']),
+        (discretise.run, (discretise, 'read_one'), ['flight.tlog', '--grid', GRID, '--out', '{tmp}/demos.json']),
         (replay.run, (replay, 'check'), ['bag', '--json', '{tmp}/verdict.json']),
         (site_map.run, (site_map, 'read_session'), ['bag', '--out', '{tmp}/site.yaml']),
         (answer.run, (answer, '_answer'), ['--undo']),

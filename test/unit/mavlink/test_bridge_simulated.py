@@ -135,7 +135,7 @@ def test_a_ground_station_failsafe_is_left_alone() -> None:
     flight.until(lambda: flight.status.ready)
     flight.ask(Goal.TAKEOFF, 4.0)
     flight.until(lambda: flight.status.commandable)
-    flight.copter.autopilot._failsafe.hear(flight.copter.vehicle.now_s)  # type: ignore[attr-defined]
+    flight.copter.autopilot._failsafe.heartbeat(flight.copter.vehicle.now_s)  # type: ignore[attr-defined]
     flight.run(20.0)
     assert flight.mode == 'RTL'
     assert 'the failsafe "RTL" has it' in flight.status.waiting_for
