@@ -15,8 +15,7 @@ import numpy.typing as npt
 from advise_ros.core.grid.grid import Grid
 from advise_ros.core.numerics import Bools
 from advise_ros.core.planning.process import occurring
-from advise_ros.core.planning.rollout import rollout
-from advise_ros.core.planning.routes import optimal_table, shortest_route
+from advise_ros.core.planning.rollout import optimal_table, rollout, shortest_route
 from advise_ros.core.site.layout import Bytes, layout_of
 
 # A flight in time takes at most so many times the steps of the best one.

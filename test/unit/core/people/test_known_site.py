@@ -8,7 +8,7 @@ from advise_ros.core.grid.grid import Grid
 from advise_ros.core.people.known_site import judge, site_of, site_with
 from advise_ros.core.people.simulated_expert import SimulatedExpert
 from advise_ros.core.people.simulated_pilot import SimulatedPilot, demonstrate
-from advise_ros.core.planning.routes import optimal_table
+from advise_ros.core.planning.rollout import optimal_table
 
 # From cell 0 over the garden in the middle of the bottom row to its other end and back.
 GRID, GARDEN = Grid(1.0, 5, 3, (0.0, 0.0), 2.0, (4, 0)), (2,)
