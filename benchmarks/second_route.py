@@ -23,7 +23,7 @@ import numpy as np
 from scipy.stats import binomtest
 
 from advise_ros.core.grid.raster import Raster, on_cells
-from advise_ros.core.learning.learner import LearnSettings
+from advise_ros.core.irl.settings import LearnSettings
 from advise_ros.core.learning.session import Session
 from advise_ros.core.numerics import Floats
 from advise_ros.core.site.prior import SitePrior
@@ -51,7 +51,7 @@ def interview(site: Site, session: Session, answers: int, rng: np.random.Generat
         curve.append(judge(site, learnt.greedy).success)
         if session.query is None or len(curve) > answers:
             return curve
-        session.tell(expert.answer(session.query))
+        session.submit(expert.answer(session.query))
 
 
 def trial(size: str, seed: int, given: argparse.Namespace) -> dict[str, Any] | None:

@@ -93,9 +93,9 @@ def learnt_last(session: RecordedSession) -> tuple[Learned, SitePrior]:
     if not found:
         raise InputError(f'{session.bag.path} holds no policy; record a session with the logger until there is one')
     demonstration_stages(session, comparison)
-    config, hearing = session.config(AdviseConfig, 'advise'), _Hearing(_heard(session, comparison))
-    learned = hearing.learn(session, comparison, found[-1], learn_settings(config), config.budget)
-    work = _work(session, found[-1], hearing.heard, learn_settings(config), config.budget)
+    config, learner = session.config(AdviseConfig, 'advise'), _LearnerRun(_demonstrations(session, comparison))
+    learned = learner.learn(session, comparison, found[-1], learn_settings(config), config.budget)
+    work = _work(session, found[-1], learner.demonstrations, learn_settings(config), config.budget)
     return learned, kept_of(work.grid, work.demonstrations, work.log, work.prior)
 
 
@@ -272,7 +272,7 @@ def _learn(
     Raises:
         InputError: the bag does not hold that much.
     """
-    work = _work(session, episode, heard, settings, budget)
+    work = _work(session, episode, demonstrations, settings, budget)
     return learn(
         work.grid, work.settings, work.demonstrations, work.log,
         version=work.version, next_query_id=work.next_query_id, budget=budget, prior=work.prior,
@@ -280,7 +280,8 @@ def _learn(
 
 
 def _work(
-    session: RecordedSession, episode: Episode, demonstrations: tuple[Demonstration | None, ...], settings: LearnSettings, budget: int,
+    session: RecordedSession, episode: Episode, demonstrations: tuple[Demonstration | None, ...], settings: LearnSettings,
+    budget: int,
 ) -> Work:
     """What a policy says it was learnt from.
 

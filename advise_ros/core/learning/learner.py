@@ -12,8 +12,7 @@ import numpy.typing as npt
 
 from advise_ros.core.advice.advice import AdviceRecord, Query
 from advise_ros.core.advice.state import advice_state
-from advise_ros.core.demonstrations.demonstration import count
-from advise_ros.core.demonstrations.demonstration import Demonstration, standing
+from advise_ros.core.demonstrations.demonstration import Demonstration, count, standing
 from advise_ros.core.errors import InputError
 from advise_ros.core.grid.differences import what_differs
 from advise_ros.core.grid.grid import Grid

@@ -25,7 +25,6 @@ from advise_ros.core.demonstrations.demonstration import Demonstration, standing
 from advise_ros.core.grid.grid import Grid
 from advise_ros.core.irl.settings import LearnSettings
 from advise_ros.core.irl.solvers.local_preview import Solved
-from advise_ros.core.irl.settings import LearnSettings
 from advise_ros.core.learning.learner import Learned, check_grid, check_prior, kept_of, learn
 from advise_ros.core.site.prior import NOTHING, SitePrior
 

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from advise_ros.core.advice.state import advice_state
-from advise_ros.core.demonstrations.action_counts import Counts, count
+from advise_ros.core.demonstrations.demonstration import Counts, count
 from advise_ros.core.errors import InputError
 from advise_ros.core.grid.grid import Grid
-from advise_ros.core.learning.learner import LearnSettings
+from advise_ros.core.irl.settings import LearnSettings
 from advise_ros.core.learning.session import Session
 from advise_ros.core.site.belief import CELL_PRICE, SamplerSettings, believe
 from advise_ros.core.site.keep import as_prior, evidence_of
