@@ -6,6 +6,7 @@ ways of `questions` and what their answers are expected to save; equation (1) an
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 from functools import lru_cache
 from typing import NamedTuple
@@ -15,7 +16,7 @@ import numpy as np
 from advise_ros.core.advice.advice import AdviceRecord, Verdict
 from advise_ros.core.advice.state import AdviceState, Imitated, advice_state
 from advise_ros.core.demonstrations.demonstration import Counts
-from advise_ros.core.grid.grid import Grid
+from advise_ros.core.grid.grid import N_ACTIONS, Grid
 from advise_ros.core.numerics import Ints
 from advise_ros.core.site.belief import SiteAnswer, SiteBelief, believe, tell
 from advise_ros.core.site.keep import evidence_of
@@ -65,19 +66,32 @@ def _answers(advice: AdviceState) -> tuple[SiteAnswer, ...]:
 
 
 def imitate(grid: Grid, belief: SiteBelief, advice: AdviceState) -> Imitated:
-    """The believed action of every state, and the advice where the belief bears it out.
+    """The believed action of every state, and the advice as far as the belief bears it out.
 
-    An answer that all else speaks against is outvoted in the belief already; a row of the program would bring it back.
+    An answer that all else speaks against is outvoted in the belief already; a row of the program would bring it back. And an
+    answer about several states prefers what is right in most of them: in each it stands for what is believed right there.
     """
     layout = layout_of(grid)
     way = plan(layout, belief.keep_out)
     favourite = np.where((layout.acting > 0) & (way.best > 0), way.greedy, -1)
-    kept = (_borne_out(record, favourite) for record in advice.followed)
-    return Imitated(favourite, tuple(record for record in kept if record.states))
+    right = np.where(favourite >= 0, way.best, 0)
+    return Imitated(favourite, tuple(part for record in advice.followed for part in _borne_out(record, right)))
 
 
-def _borne_out(record: AdviceRecord, favourite: Ints) -> AdviceRecord:
-    return replace(record, states=tuple(state for state in record.states if favourite[state] in record.preferred))
+def _borne_out(record: AdviceRecord, right: Ints) -> Iterator[AdviceRecord]:
+    """The answer state by state: what it prefers and is believed right, over all that is not.
+
+    An advised state has no other rows in the program: the answer's own avoided directions alone would leave the rest open.
+
+    Args:
+        record: the answer.
+        right: (states,) what is believed right, as sums of 1 << action.
+    """
+    for state in record.states:
+        preferred = tuple(action for action in record.preferred if right[state] >> action & 1)
+        avoided = tuple(action for action in range(N_ACTIONS) if not right[state] >> action & 1)
+        if preferred and avoided:
+            yield replace(record, states=(state,), preferred=preferred, avoided=avoided)
 
 
 def ask(grid: Grid, belief: SiteBelief, advice: AdviceState, seed: int) -> SiteQuestion | None:
