@@ -190,7 +190,11 @@ class RecorderNode(Node):
         if self._listener is not None:
             self._listener.poll(self.get_clock().now().nanoseconds, time.monotonic())
         for output in self._recorder.take(time.monotonic()):
-            (self.get_logger().warning if output.warning else self.get_logger().info)(output.remark)
+            # Each on a line of its own: rclpy's logger refuses two severities from one place.
+            if output.warning:
+                self.get_logger().warning(output.remark)
+            else:
+                self.get_logger().info(output.remark)
             if output.demonstration is not None:
                 self._publisher.publish(convert.demonstration_to_msg(output.demonstration))
                 self._report()

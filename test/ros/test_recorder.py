@@ -18,7 +18,7 @@ from advise_msgs.msg import Demonstration, FlightStatus, LearnerStatus, VehicleS
 from advise_ros.config import RecorderConfig
 from advise_ros.core.demonstrations.demonstration import EndReason
 from advise_ros.core.demonstrations.discretise import discretise
-from advise_ros.core.demonstrations.samples import NO_COMMANDS, Recording
+from advise_ros.core.demonstrations.samples import NO_COMMANDS, CommandSamples, Recording
 from advise_ros.core.grid.grid import Action
 from advise_ros.core.units import NS
 from advise_ros.mavlink.messages import dialect
@@ -135,6 +135,16 @@ def test_flights_become_demonstrations_that_equal_the_pure_function(graph: Graph
         assert convert.demonstration_to_msg(pure) == message
     assert len(demonstration(graph, 'flight-001').states) == len(round_trip()) - 1
     assert [GRID.cell_of(s) for s in demonstration(graph, 'flight-002').states] == round_trip()[:3]
+
+
+def test_a_flight_that_goes_otherwise_than_commanded_is_warned_of_and_recorded(graph: Graph, grid_file: str) -> None:
+    recorder = graph.start('recorder', params={'grid_file': grid_file})
+    recording = flight(GRID, round_trip()[:4])
+    stamps_ns, velocities = recording.commands
+    Vehicle(graph).fly(recording._replace(commands=CommandSamples(stamps_ns, -velocities)))
+    assert demonstration(graph, 'flight-001').states
+    graph.wait_until(lambda: 'flight-001: 3 moves' in recorder.text, what='the sentence about the flight')
+    assert ' while ' in recorder.text and 'Traceback' not in recorder.text
 
 
 def test_without_vehicle_status_the_altitude_tells(graph: Graph, grid_file: str) -> None:
