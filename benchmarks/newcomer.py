@@ -73,7 +73,7 @@ def main() -> None:
     given = parser.parse_args()
     with tempfile.TemporaryDirectory() as scratch, sync_playwright() as playwright:
         chosen = DemoOptions(
-            'human', 0, 4, given.questions + 1, 1, 1, 1.0, share('grid_demo.yaml'), share('demo.yaml'), Path(scratch),
+            'human', 0, 4, given.questions + 1, 1, 1.0, share('grid_demo.yaml'), share('demo.yaml'), Path(scratch),
         )
         grid = load_grid(chosen.grid_file)
         demonstrations = Path(scratch) / 'demonstrations.json'

@@ -81,7 +81,7 @@ def main() -> None:
     print('| --- |', ' | '.join('---' for _ in points), '| --- |', flush=True)
     for name, settings in rows(options.answers):
         curves = [run_trial(grid, settings, options.seed + index).curve for index in range(options.trials)]
-        done = [sum(curve[min(point, len(curve) - 1)] for curve in curves) for point in points]
+        done = [sum(curve[min(point, len(curve) - 1)].success for curve in curves) for point in points]
         rates = ' | '.join(rate(number, options.trials) for number in done)
         print(f'| {name} | {rates} | {until_reached(grid, settings, recorded, options.seed)} |', flush=True)
 

@@ -44,7 +44,7 @@ ADDRESS = re.compile(r'http://\S+token=\S+')
 
 
 def options(out: Path) -> DemoOptions:
-    return DemoOptions('human', 4, 4, ANSWERS, 1, 1, 1.0, share('grid_6x6.yaml'), share('demo.yaml'), out)
+    return DemoOptions('human', 4, 4, ANSWERS, 1, 1.0, share('grid_6x6.yaml'), share('demo.yaml'), out)
 
 
 def open_page(browser: Browser, address: str, *, phone: bool = False, dark: bool = False, asked: bool = True) -> Page:

@@ -37,7 +37,7 @@ PATIENCE_S = 5400.0
 # A domain of its own: another graph on this machine is not to be joined.
 DOMAIN = '97'
 DEMO = 'make demo'
-TABLE = 'Does asking help?'
+TABLE = 'What the map does not say'
 
 
 class RefusedError(Exception):

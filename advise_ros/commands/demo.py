@@ -1,36 +1,34 @@
-"""The whole loop in one command: rough flights, a first policy, questions, a better policy, a replayed bag."""
+"""The whole loop in one command: rough flights round a garden on no map, a policy, questions, another route, a replayed bag."""
 
 from __future__ import annotations
 
 import argparse
 import sys
 import time
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
-from advise_ros.config import AdviseConfig, LoggerConfig
+from advise_ros.config import LoggerConfig
 from advise_ros.core.errors import AdviseError, InputError
-from advise_ros.core.learning.learner import learn
 from advise_ros.demo.console import DemoConsole
 from advise_ros.demo.graph import refuse_a_second_graph
-from advise_ros.demo.options import DemoOptions, check_parameters, node_config, share
+from advise_ros.demo.options import DemoOptions, check_parameters, load_sites, node_config, share
 from advise_ros.demo.out import out_directory, refuse_a_full_disk, refuse_what_holds_something
-from advise_ros.demo.story import DemoSession, Story
-from advise_ros.demo.summary import DemoOutcome, page_values, rate, table
+from advise_ros.demo.story import DemoFlight, DemoSession, Story
+from advise_ros.demo.summary import DemoOutcome, page_values, table
 from advise_ros.demo.trials import TrialPool, trial_settings
 from advise_ros.exits import INTERRUPTED, OK, VERDICT_NO, fail
 from advise_ros.fair_clock import cpu_s
-from advise_ros.recording.gridfile import load_grid
 from advise_ros.report import page
 from advise_ros.ros.arguments import check_environment
 from advise_ros.ros.run import exit_now
-from advise_ros.settings import learn_settings
 from advise_ros.supervisor import Child, Supervisor, executable
 
 EXAMPLES = """examples:
   ./advise demo                        the whole story, about a minute
   ./advise demo --expert human         you answer the questions yourself
-  ./advise demo --seed 7 --flights 8   another pilot, more demonstrations
+  ./advise demo --seed 7 --flights 6   another pilot, more demonstrations
+  ./advise demo --trials 20            how often it goes well: ten seconds more for each seed
   make demo EXPERT=human SEED=7        the same through make
 
 Next: open OUT/report.html; ./advise replay OUT/bag -p advise.clusters:=8 shows what another parameter would have changed.
@@ -57,32 +55,32 @@ def parse(argv: list[str] | None = None) -> DemoOptions:
     parser.add_argument('--expert', choices=('simulated', 'human'), default='simulated', help='who answers')
     parser.add_argument('--seed', type=int, default=0, help='seed of the pilot, the expert and the wind (default %(default)s)')
     parser.add_argument('--flights', type=int, default=3, help='demonstrations to fly (default %(default)s)')
-    parser.add_argument('--answers', type=int, default=6, help='questions to answer (default %(default)s)')
+    parser.add_argument('--answers', type=int, default=4, help='questions to answer (default %(default)s)')
     parser.add_argument(
-        '--seeds-flown', type=int, default=None, help='learning sessions to fly (default 3; 1 when a person answers)',
+        '--trials', type=int, default=0, help='seeds on the grid model that give success rates (default %(default)s)',
     )
-    parser.add_argument('--trials', type=int, default=100, help='seeds on the grid model (default %(default)s)')
     parser.add_argument('--speedup', type=float, default=20.0, help='simulated seconds a second (default %(default)s)')
-    parser.add_argument('--grid', type=Path, default=share('grid_demo.yaml'), help='grid file')
+    parser.add_argument('--grid', type=Path, default=None, help="grid file (default: the demo's, with its other two files)")
+    parser.add_argument('--other-grid', type=Path, default=None, help='another route over the same site, flown in the end')
+    parser.add_argument('--wish', type=Path, default=None, help='cells that the simulated people want kept out of')
     parser.add_argument('--params-file', type=Path, default=share('demo.yaml'), help='node parameters')
     parser.add_argument('--out', type=Path, default=None, help='directory of the results (default out/demo-DATE-TIME)')
     given = parser.parse_args(argv)
-    if given.expert == 'human' and (given.seeds_flown or 1) != 1:
-        raise InputError(f'--seeds-flown is {given.seeds_flown}, but a person answers in one session only; leave it out')
-    if given.seeds_flown is None:
-        given.seeds_flown = 1 if given.expert == 'human' else 3
-    for name, low in (('flights', 1), ('answers', 1), ('seeds_flown', 1), ('trials', 2)):
+    for name, low in (('flights', 1), ('answers', 1), ('trials', 0)):
         if getattr(given, name) < low:
-            raise InputError(f'--{name.replace("_", "-")} is {getattr(given, name)}; it must be {low} or more')
+            raise InputError(f'--{name} is {getattr(given, name)}; it must be {low} or more')
     if not 0.1 <= given.speedup <= 100:
         raise InputError(f'--speedup is {given.speedup}; it must be 0.1 to 100')
     if not 0 <= given.seed <= SEED_MAX:
         raise InputError(f'--seed is {given.seed}; it must be 0 to {SEED_MAX}')
     out = given.out or Path('out') / time.strftime('demo-%Y%m%d-%H%M%S')
     refuse_what_holds_something(out)
+    grid, other, wish = given.grid, given.other_grid, given.wish
+    if grid is None:
+        grid, other, wish = share('grid_demo.yaml'), other or share('grid_demo_other.yaml'), wish or share('garden.yaml')
     return DemoOptions(
-        given.expert, given.seed, given.flights, given.answers, given.seeds_flown, given.trials, given.speedup,
-        given.grid.resolve(), given.params_file.resolve(), out.resolve(),
+        given.expert, given.seed, given.flights, given.answers, given.trials, given.speedup, grid.resolve(),
+        given.params_file.resolve(), out.resolve(), other and other.resolve(), wish and wish.resolve(),
     )
 
 
@@ -102,13 +100,13 @@ def run(options: DemoOptions, console: DemoConsole) -> int:
         InputError: the run was refused, and nothing of it is left.
         AdviseError: something in it failed.
     """
-    grid = load_grid(options.grid_file)
+    sites = load_sites(options)
     check_parameters(options)
     refuse_a_full_disk(options.out, node_config(options.params_file, 'logger', LoggerConfig).min_free_mib)
     pool = TrialPool()
     try:
         with out_directory(options.out), Supervisor(options.out / 'logs') as supervisor:
-            story = Story(options, grid, supervisor, console)
+            story = Story(options, sites, supervisor, console)
             try:
                 return _run_story(options, story, Tools(supervisor, pool, console))
             finally:
@@ -121,21 +119,23 @@ def _run_story(options: DemoOptions, story: Story, tools: Tools) -> int:
     time.sleep(DISCOVERY_S)
     refuse_a_second_graph(story.client.node.get_node_names())
     bag = options.out / 'bag'
-    settings, seeds = trial_settings(options), range(options.seed, options.seed + options.trials)
+    grid, settings = story.sites.shown.grid, trial_settings(options)
+    seeds = range(options.seed, options.seed + options.trials)
     by_person = options.expert == 'human'
     story.start()
     if not by_person:
-        tools.pool.start(story.grid, settings, seeds)
-    sessions = [story.flown_session(bag)]
+        tools.pool.start(grid, settings, seeds)
+    session = story.flown_session(bag)
     if by_person:
-        tools.pool.start(story.grid, settings, seeds, sessions[0].log)
+        tools.pool.start(grid, settings, seeds, session.log)
     replay = tools.supervisor.start('replay', [str(executable('replay')), str(bag)], may_end=True, fatal=False)
-    further = range(options.seed + 1, options.seed + options.seeds_flown)
-    sessions += [story.model_session(seed, options.out) for seed in further]
-    return _close(options, story, tools, sessions, replay)
+    other = None if story.sites.other is None else story.other_session(story.sites.other)
+    return _close(options, story, tools, (session, other), replay)
 
 
-def _close(options: DemoOptions, story: Story, tools: Tools, sessions: list[DemoSession], replay: Child) -> int:
+def _close(
+    options: DemoOptions, story: Story, tools: Tools, flown: tuple[DemoSession, DemoFlight | None], replay: Child,
+) -> int:
     """Wait for what still computes, write the report, print the table."""
     with tools.console.bar('trials on the grid model', options.trials) as bar:
         story.client.wait(
@@ -147,39 +147,19 @@ def _close(options: DemoOptions, story: Story, tools: Tools, sessions: list[Demo
         lambda: cpu_s(replay.process.pid),
     )
     code = replay.process.wait()
-    outcome = story_outcome(options, story, tools, sessions, code)
+    outcome = DemoOutcome(
+        story.sites, *flown, story.tracks, tools.pool.results(), options.seed, options.expert == 'human', code == OK,
+        tools.console.seconds, options.out / 'bag',
+    )
     report = page.write(options.out, page_values(outcome))
     tools.console.rich.print()
     tools.console.rich.print(table(outcome))
+    tools.console.rich.print(f'Replay of the bag: {outcome.replay_text}; the whole demo took {outcome.seconds:.0f} s')
     tools.console.rich.print(f'Report: {report}\nBag:    {outcome.bag}\nLogs:   {options.out / "logs"}', markup=False)
     if code != OK:
         tools.console.rich.print('[red]The bag does not replay:[/red]')
         tools.console.rich.print(replay.last_lines(), markup=False)
     return OK if outcome.good else VERDICT_NO
-
-
-def story_outcome(options: DemoOptions, story: Story, tools: Tools, sessions: list[DemoSession], replay_code: int) -> DemoOutcome:
-    """All results of a run in one value."""
-    main_session = sessions[0]
-    settings = learn_settings(
-        replace(node_config(options.params_file, 'advise', AdviseConfig), grid_file='', seed=options.seed),
-    )
-    trials = tools.pool.results()
-    return DemoOutcome(
-        sessions=sessions,
-        tracks=story.tracks,
-        log=main_session.log,
-        before=learn(story.grid, settings, main_session.demonstrations, ()),
-        after=learn(story.grid, settings, main_session.demonstrations, main_session.log),
-        rate_before=rate([trial.before for trial in trials]),
-        rate_after=rate([trial.after for trial in trials]),
-        answers_mean=sum(trial.answers for trial in trials) / len(trials),
-        first_trial_seed=options.seed,
-        by_person=options.expert == 'human',
-        replay_equal=replay_code == OK,
-        seconds=tools.console.seconds,
-        bag=options.out / 'bag',
-    )
 
 
 def main() -> None:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
+from types import MappingProxyType
 
 from advise_ros.core.errors import InputError
 from advise_ros.core.grid.grid import Grid
@@ -24,14 +26,15 @@ class DemoGraph:
         self._supervisor = supervisor
         self._simulated_time = options.speedup != 1.0
         self._files = ('--params-file', str(options.params_file))
+        self._site_map = options.out / 'site.yaml'
 
     def _node(self, name: str, parameters: dict[str, object], *, may_end: bool = False, log: str = '') -> Child:
         return self._supervisor.start_node(
             name, {'use_sim_time': self._simulated_time, **parameters}, *self._files, may_end=may_end, log=log,
         )
 
-    def _on_grid(self, name: str, parameters: dict[str, object] | None = None, **kinds: object) -> Child:
-        values: dict[str, object] = {'grid_file': self._options.grid_file, **(parameters or {})}
+    def _on_grid(self, name: str, parameters: Mapping[str, object] = MappingProxyType({}), **kinds: object) -> Child:
+        values: dict[str, object] = {'grid_file': self._options.grid_file, **parameters}
         return self._node(name, values, may_end=bool(kinds.get('may_end', False)), log=str(kinds.get('log', '')))
 
     def start_vehicle(self) -> None:
@@ -56,6 +59,8 @@ class DemoGraph:
     def start_learning(self, seed: int, demonstrations: Path | None) -> tuple[Child, Child]:
         """The learner and the policy's pilot; `demonstrations` come from a file, None: from the recorder."""
         values: dict[str, object] = {'seed': seed, 'budget': self._options.answers}
+        if self._options.other_grid_file is not None:
+            values['site_map_out'] = self._site_map
         if demonstrations is not None:
             values['demonstrations_file'] = demonstrations
         return (
@@ -63,17 +68,28 @@ class DemoGraph:
             self._on_grid('policy', log=f'policy-{seed}'),
         )
 
+    def start_other_route(self) -> tuple[Child, Child]:
+        """A learner and the policy's pilot for the other route: what is known of the site is what the first learner kept."""
+        route = {'grid_file': self._options.other_grid_file}
+        values = {'seed': self._options.seed, 'budget': 0, 'site_map_file': self._site_map, **route}
+        return self._on_grid('advise', values, log='advise-other'), self._on_grid('policy', route, log='policy-other')
+
     def start_pilot(self) -> Child:
         """The simulated demonstrator; it ends when all flights are flown."""
         heard = {'heard_by': ','.join(LISTENERS), 'heard_timeout_s': HEARD_PATIENCE_S}
-        return self._on_grid('pilot', {'flights': self._options.flights, 'seed': self._options.seed, **heard}, may_end=True)
+        values = {'flights': self._options.flights, 'seed': self._options.seed, **heard, **self._wish()}
+        return self._on_grid('pilot', values, may_end=True)
 
     def start_console(self) -> Child:
         """The page for a person, on any free port; its log tells the address."""
         return self._node('console', {'port': 0, 'grid_file': self._options.grid_file})
 
     def start_expert(self, seed: int) -> Child:
-        return self._on_grid('expert', {'seed': seed}, log=f'expert-{seed}')
+        return self._on_grid('expert', {'seed': seed, **self._wish()})
+
+    def _wish(self) -> dict[str, object]:
+        """What simulated people know beside the map."""
+        return {} if self._options.wish_file is None else {'wish_file': self._options.wish_file}
 
 
 def refuse_a_second_graph(names: list[str]) -> None:

@@ -13,6 +13,10 @@ from ament_index_python.packages import get_package_share_directory
 
 from advise_ros import config
 from advise_ros.core.errors import InputError
+from advise_ros.core.grid.grid import Grid
+from advise_ros.core.people.known_site import Site, site_of
+from advise_ros.recording.gridfile import load_grid
+from advise_ros.recording.wishfile import load_wish
 
 # The nodes that the demo starts.
 NODES: dict[str, type[Any]] = {
@@ -30,21 +34,58 @@ class DemoOptions:
         expert: 'simulated', or 'human' to wait for a person's answers.
         flights: demonstrations flown in the simulator.
         answers: queries that the expert answers.
-        seeds_flown: learning sessions whose policies fly before and after advice, seed, seed + 1, ...; with a person 1.
         trials: seeds on the grid model behind the success rates; with a person, each with the person's answers.
         speedup: simulated seconds a second.
+        grid_file: the site, and the route that is shown and learnt.
+        other_grid_file: another route over the same site, flown in the end; None: there is none.
+        wish_file: the cells that the simulated people want kept out of; None: there are none.
     """
 
     expert: str
     seed: int
     flights: int
     answers: int
-    seeds_flown: int
     trials: int
     speedup: float
     grid_file: Path
     params_file: Path
     out: Path
+    other_grid_file: Path | None = None
+    wish_file: Path | None = None
+
+
+@dataclass(frozen=True)
+class DemoSites:
+    """The routes of a run with what the person knows of the site, the one that is shown and the other one."""
+
+    shown: Site
+    other: Site | None
+
+
+def load_sites(options: DemoOptions) -> DemoSites:
+    """Read the grid files and the wish file.
+
+    Raises:
+        InputError: one is wrong, or the routes are not over the same site.
+    """
+    grid = load_grid(options.grid_file)
+    cells = load_wish(options.wish_file or '', grid)
+    shown = site_of(grid, cells)
+    if options.other_grid_file is None:
+        return DemoSites(shown, None)
+    other = load_grid(options.other_grid_file)
+    if _site_of(other) != _site_of(grid):
+        raise InputError(
+            f'grid file {options.other_grid_file} is of another site than {options.grid_file}; '
+            'only its waypoints may differ, name another one by --other-grid'
+        )
+    load_wish(options.wish_file or '', other)  # Its waypoints may not lie in what is kept out of, either.
+    return DemoSites(shown, site_of(other, cells))
+
+
+def _site_of(grid: Grid) -> tuple[object, ...]:
+    """All of a grid but its route."""
+    return grid.resolution_m, grid.width, grid.height, grid.origin_enu_m, grid.altitude_m, grid.blocked
 
 
 def share(name: str) -> Path:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -13,9 +13,13 @@ from rich.table import Table
 from scipy.stats import binomtest
 
 from advise_ros.core.advice.advice import AdviceRecord, Verdict, active
+from advise_ros.core.demonstrations.demonstration import count
 from advise_ros.core.grid.grid import N_ACTIONS, Action
-from advise_ros.core.learning.learner import Learned
-from advise_ros.demo.story import DemoFlight, DemoSession
+from advise_ros.core.people.known_site import Site
+from advise_ros.core.people.trial import TrialResult
+from advise_ros.core.planning.rollout import Rollout, optimal_table, rollout
+from advise_ros.demo.options import DemoSites
+from advise_ros.demo.story import KINDS, DemoFlight, DemoPolicy, DemoSession
 from advise_ros.report import pictures
 from advise_ros.ros import convert
 
@@ -41,20 +45,17 @@ class DemoOutcome:
     """All that a run has to show.
 
     Attributes:
-        before, after: learnt in the main session without and with its answers.
-        rate_before, rate_after: of the trials on the grid model.
-        answers_mean: answers in a trial.
+        session: what was flown, asked and answered on the route that is shown.
+        other: the flight of the other route; None without one.
+        trials: of the grid model, with seeds that count up from first_trial_seed.
         by_person: whether a person answered; then every figure comes from the person's answers, those of the trials too.
     """
 
-    sessions: Sequence[DemoSession]
+    sites: DemoSites
+    session: DemoSession
+    other: DemoFlight | None
     tracks: Sequence[pictures.FlownTrack]
-    log: tuple[AdviceRecord, ...]
-    before: Learned
-    after: Learned
-    rate_before: Rate
-    rate_after: Rate
-    answers_mean: float
+    trials: Sequence[TrialResult]
     first_trial_seed: int
     by_person: bool
     replay_equal: bool
@@ -63,7 +64,11 @@ class DemoOutcome:
 
     @property
     def flights(self) -> list[DemoFlight]:
-        return [flight for session in self.sessions for flight in session.flights]
+        return [*self.session.flights, *([] if self.other is None else [self.other])]
+
+    @property
+    def answers(self) -> list[AdviceRecord]:
+        return active(self.session.log)
 
     @property
     def replay_text(self) -> str:
@@ -71,9 +76,19 @@ class DemoOutcome:
 
     @property
     def good(self) -> bool:
-        """The story holds: asking helped the flown drone, and the bag proves it."""
-        main = self.sessions[0].flights
-        return self.replay_equal and main[-1].success and self.rate_after.mean > self.rate_before.mean
+        """The story holds: what was learnt flies this route and the other one, and the bag proves it."""
+        return self.replay_equal and all(flight.success for flight in self.flights if flight.kind != 'before')
+
+    def rates(self) -> dict[str, Rate]:
+        """Success on the grid model by kind of flight; empty without trials."""
+        if not self.trials:
+            return {}
+        found = {
+            'before': rate([trial.before.success for trial in self.trials]),
+            'after': rate([trial.after.success for trial in self.trials]),
+        }
+        others = [trial.other.success for trial in self.trials if trial.other is not None]
+        return {**found, 'other': rate(others)} if others else found
 
 
 def rate(successes: Sequence[bool]) -> Rate:
@@ -83,104 +98,171 @@ def rate(successes: Sequence[bool]) -> Rate:
     return Rate(done, trials, PERCENT * done / trials, PERCENT * interval.low, PERCENT * interval.high)
 
 
-def table(outcome: DemoOutcome) -> Table:
-    """The closing table: before and after advice."""
-    rows = Table(title='Does asking help?', title_justify='left', header_style='bold')
-    for heading in ('', 'without advice', 'with advice'):
-        rows.add_column(heading)
-    trials = outcome.rate_before.trials
+def planned(site: Site) -> Rollout:
+    """The way of a planner who knows the map alone; of equally short ways the first by the order of the actions."""
+    grid = site.grid
+    return rollout(grid, optimal_table(grid).argmax(axis=1).tolist(), grid.start_state(), grid.n_states)
+
+
+@dataclass(frozen=True)
+class Line:
+    """One line of the closing table, a word for each kind of flight; the moods colour the words."""
+
+    name: str
+    words: Sequence[str]
+    moods: Sequence[str]
+
+
+HEADINGS = {'before': 'without advice', 'after': 'with advice', 'other': 'another route'}
+
+
+def headings(outcome: DemoOutcome) -> list[str]:
+    """The columns of the closing table."""
+    return ["planner's route", *(HEADINGS[flight.kind] for flight in outcome.flights)]
+
+
+def lines(outcome: DemoOutcome) -> list[Line]:
+    """The closing table: what the planner would fly (computed), and what was flown in the simulator."""
+    site, plan, flights = outcome.sites.shown, planned(outcome.sites.shown), outcome.flights
+    crossed = sorted({site.grid.cell_of(state) for state in plan.states[1:]} & set(np.flatnonzero(site.keep_out).tolist()))
+    asked, flown = {'before': '0', 'after': str(len(outcome.answers)), 'other': 'none new'}, len(outcome.session.demonstrations)
+    rates, kinds = outcome.rates(), [flight.kind for flight in flights]
     whose = 'your answers' if outcome.by_person else 'simulated answers'
-    rows.add_row(
-        f'success on the grid model, {trials} seeds, {whose} (95 %)', str(outcome.rate_before), str(outcome.rate_after),
-    )
-    rows.add_row('success in the simulator', _flown(outcome.flights, 'before'), _flown(outcome.flights, 'after'))
-    rows.add_row('questions answered', '0', f'{len(active(outcome.log))}')
-    rows.add_row('replay of the bag', '', outcome.replay_text)
-    rows.add_row('seconds, the whole demo', '', f'{outcome.seconds:.0f}')
+    found = [
+        _line('all waypoints in order', [True, *(flight.arrived for flight in flights)], ('yes', 'no')),
+        Line('moves', [str(plan.steps), *(str(flight.steps) for flight in flights)], [''] * (1 + len(flights))),
+        _plain('lessons flown by the pilot', ['0', *('none new' if kind == 'other' else str(flown) for kind in kinds)]),
+        _plain('questions answered', ['0', *(asked[kind] for kind in kinds)]),
+    ]
+    if rates:
+        name = f'success on the grid model, {len(outcome.trials)} seeds, {whose} (95 %)'
+        found.append(_plain(name, ['never' if crossed else 'always', *(str(rates[kind]) for kind in kinds)]))
+    if site.keep_out.any():
+        kept = [not crossed, *(not flight.entered for flight in flights)]
+        found.insert(0, _line('garden', kept, ('kept out', 'entered')))
+    return found
+
+
+def _line(name: str, good: Sequence[bool], words: tuple[str, str]) -> Line:
+    return Line(name, [words[not one] for one in good], ['good' if one else 'bad' for one in good])
+
+
+def _plain(name: str, words: Sequence[str]) -> Line:
+    return Line(name, words, [''] * len(words))
+
+
+def table(outcome: DemoOutcome) -> Table:
+    """The closing table on the terminal."""
+    rows = Table(title='What the map does not say', title_justify='left', header_style='bold')
+    for heading in ('', *headings(outcome)):
+        rows.add_column(heading)
+    colours = {'good': 'green', 'bad': 'red', '': 'default'}
+    for line in lines(outcome):
+        cells = [f'[{colours[mood]}]{word}[/]' for word, mood in zip(line.words, line.moods, strict=True)]
+        rows.add_row(line.name, *cells)
     return rows
-
-
-def _flown(flights: Sequence[DemoFlight], policy: str) -> str:
-    flown = [flight for flight in flights if flight.policy == policy]
-    return f'{sum(flight.success for flight in flown)} of {len(flown)} flights'
 
 
 # -- the report page -------------------------------------------------------------------------
 def page_values(outcome: DemoOutcome) -> dict[str, Any]:
     """Everything that report/page.html shows."""
-    main = outcome.sessions[0]
-    trials = outcome.rate_before.trials
-    last = outcome.first_trial_seed + trials - 1
-    shown = _asked_pictures(main, active(outcome.log))
+    session = outcome.session
+    shown = _asked_pictures(session, outcome.answers)
     return {
-        'title': 'A drone that learnt its route by asking',
-        'lead': (
-            f'A clumsy pilot flew the route {len(main.demonstrations)} times. The drone learnt from that, asked '
-            f'{len(active(outcome.log))} questions about the areas where it was unsure, and learnt again.'
-        ),
-        'tiles': _tiles(outcome),
-        'tracks_svg': pictures.to_svg(pictures.tracks_figure(outcome.before.grid, outcome.tracks)),
+        'title': 'A drone that learnt what the map does not say',
+        'lead': _lead(outcome),
+        'headings': headings(outcome),
+        'lines': lines(outcome),
+        'tracks_svg': pictures.to_svg(pictures.site_figure(_panels(outcome))),
         'layers_svg': pictures.to_svg(_layers(outcome)),
-        'success_svg': pictures.to_svg(_success(outcome)),
-        'trials_caption': (
-            f'{trials} independent trials on the grid model, seeds {outcome.first_trial_seed} to {last}, each with '
-            f'its own demonstrations and mistakes and {_trial_answers(outcome)}; bars with 95 % intervals.'
-        ),
-        'questions': [_question(main, record, shown) for record in active(outcome.log)],
+        **_measured(outcome),
+        'questions': [_question(session, record, shown) for record in outcome.answers],
         **shown,
         'flights': [_flight_row(flight) for flight in outcome.flights],
-        'demonstrations': [_demonstration_row(demonstration) for demonstration in main.demonstrations],
+        'demonstrations': [_demonstration_row(demonstration) for demonstration in session.demonstrations],
         'bag': str(outcome.bag),
         'bag_word': shlex.quote(str(outcome.bag)),
         'replay': outcome.replay_text,
+        'replay_mood': 'good' if outcome.replay_equal else 'bad',
+    }
+
+
+def _lead(outcome: DemoOutcome) -> str:
+    flown, answers = len(outcome.session.demonstrations), len(outcome.answers)
+    said = (
+        f'A clumsy pilot flew the route {_times(flown)}, keeping out of a garden that is on no map. The drone learnt where it '
+        f'may lie, asked {answers} question{"" if answers == 1 else "s"}, and flew'
+    )
+    return said + (' the route and then another one over the same site.' if outcome.other else ' the route.')
+
+
+def _times(number: int) -> str:
+    return {1: 'once', 2: 'twice'}.get(number, f'{number} times')
+
+
+def _panels(outcome: DemoOutcome) -> list[pictures.SitePanel]:
+    """The map and the lessons; what was learnt and flown; the other route."""
+    shown, hidden = outcome.sites.shown, np.flatnonzero(outcome.sites.shown.keep_out).tolist()
+    by_kind = {kind: [track for track in outcome.tracks if track.kind == kind] for kind in pictures.TRACKS}
+    plan = planned(shown).states
+    panels = [
+        pictures.SitePanel('The map knows no garden; the pilot does', shown.grid, hidden, plan, by_kind['demonstration']),
+        pictures.SitePanel(
+            'Learnt: the darker, the surer to keep out', shown.grid, hidden, plan, by_kind['before'] + by_kind['after'],
+            outcome.session.learnt[-1].keep_out,
+        ),
+    ]
+    if outcome.sites.other is not None:
+        other = outcome.sites.other
+        panels.append(pictures.SitePanel(
+            'Another route, without a new lesson', other.grid, hidden, planned(other).states, by_kind['other'],
+            outcome.session.learnt[-1].keep_out,
+        ))
+    return panels
+
+
+def _measured(outcome: DemoOutcome) -> dict[str, str]:
+    """Success on the grid model as a picture with its caption; nothing without trials."""
+    if not outcome.trials:
+        return {}
+    last = outcome.first_trial_seed + len(outcome.trials) - 1
+    figure = pictures.success_figure([(HEADINGS[kind], r.mean, r.low, r.high) for kind, r in outcome.rates().items()])
+    return {
+        'success_svg': pictures.to_svg(figure),
+        'trials_caption': (
+            f'{len(outcome.trials)} independent trials on the grid model, seeds {outcome.first_trial_seed} to {last}, each with '
+            f'its own demonstrations and mistakes and {_trial_answers(outcome)}; bars with 95 % intervals.'
+        ),
     }
 
 
 def _trial_answers(outcome: DemoOutcome) -> str:
+    mean = sum(trial.answers for trial in outcome.trials) / len(outcome.trials)
     if outcome.by_person:
-        return f'the {outcome.answers_mean:.0f} answers that you gave in this session'
-    return f'{outcome.answers_mean:.1f} answers of a simulated expert on average'
-
-
-def _tiles(outcome: DemoOutcome) -> list[dict[str, str]]:
-    word, mood = ('equal', 'good') if outcome.replay_equal else ('differs', 'bad')
-    return [
-        {'value': f'{outcome.rate_before.mean:.0f} %', 'label': 'reach the end without advice', 'mood': 'bad'},
-        {'value': f'{outcome.rate_after.mean:.0f} %', 'label': 'reach the end with advice', 'mood': 'good'},
-        {'value': str(len(active(outcome.log))), 'label': 'questions answered', 'mood': ''},
-        {'value': _flown(outcome.flights, 'after'), 'label': 'succeeded in the simulator', 'mood': ''},
-        {'value': word, 'label': 'replay of the bag', 'mood': mood},
-    ]
+        return f'the {mean:.0f} answers that you gave in this session'
+    return f'{mean:.1f} answers of a simulated expert on average'
 
 
 def _layers(outcome: DemoOutcome) -> Any:
-    before, after = outcome.before, outcome.after
-    visits = np.asarray(before.visits, dtype=np.float64)
-    seen = np.where(visits[:, None] > 0, before.demonstrated, 0.0)
-    heat = pictures.heat_colour(before.state_uncertainty)
-    plain = _nothing
+    (before, after), grid = outcome.session.learnt, outcome.sites.shown.grid
+    taken = count(grid, outcome.session.demonstrations).taken
     return pictures.layers_figure(
-        before.grid,
+        grid,
         [
-            ('flown, by cluster', pictures.cluster_colour(before.clusters, visits), seen, 'black'),
-            ('unsure', heat, None, 'black'),
-            ('policy without advice', plain, pictures.one_hot(before.greedy, N_ACTIONS), pictures.VERMILION),
-            ('policy with advice', plain, pictures.one_hot(after.greedy, N_ACTIONS), pictures.GREEN),
+            ('flown by the pilot', _nothing, taken / np.maximum(taken.sum(axis=1, keepdims=True), 1), pictures.BLUE),
+            ('policy without advice', _belief(before), pictures.one_hot(before.greedy, N_ACTIONS), pictures.PURPLE),
+            ('policy with advice', _belief(after), pictures.one_hot(after.greedy, N_ACTIONS), pictures.GREEN),
         ],
     )
+
+
+def _belief(learned: DemoPolicy) -> Callable[[int], str | None]:
+    """Colour of what is believed of the site; white where the acquisition believes nothing of it."""
+    return _nothing if learned.keep_out is None else pictures.keep_out_colour(learned.keep_out)
 
 
 def _nothing(_state: int) -> None:
     """No colour."""
-
-
-def _success(outcome: DemoOutcome) -> Any:
-    return pictures.success_figure(
-        [
-            (name, r.mean, r.low, r.high)
-            for name, r in (('without advice', outcome.rate_before), ('with advice', outcome.rate_after))
-        ],
-    )
 
 
 def _question(session: DemoSession, record: AdviceRecord, shown: Mapping[str, str]) -> dict[str, str]:
@@ -218,10 +300,11 @@ def answer_text(record: AdviceRecord) -> str:
 
 
 def _flight_row(flight: DemoFlight) -> dict[str, str]:
+    told = 'reached the end' if flight.arrived else flight.message
     return {
-        'seed': str(flight.seed), 'policy': f'{flight.policy} advice', 'steps': str(flight.steps),
-        'result': 'reached the end' if flight.success else flight.message,
-        'mood': 'good' if flight.success else 'bad', 'seconds': f'{flight.seconds:.0f}',
+        'policy': KINDS[flight.kind], 'steps': str(flight.steps), 'seconds': f'{flight.seconds:.0f}',
+        'result': told + (f', garden entered in {len(flight.entered)} of its cells' if flight.entered else ''),
+        'mood': 'good' if flight.success else 'bad',
     }
 
 

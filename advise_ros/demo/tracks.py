@@ -6,6 +6,7 @@ import numpy as np
 import numpy.typing as npt
 from geometry_msgs.msg import PoseStamped
 
+from advise_ros.core.people.known_site import Site
 from advise_ros.core.units import NS
 
 
@@ -28,3 +29,9 @@ class TrackLog:
         stamps = np.array(self._stamps_ns, dtype=np.int64)
         positions = np.array(self._positions_enu_m, dtype=np.float64).reshape(-1, 2)
         return positions[: len(stamps)][(stamps >= start_ns) & (stamps <= end_ns)]
+
+
+def entered_cells(site: Site, positions_enu_m: npt.NDArray[np.float64]) -> tuple[int, ...]:
+    """Cells to keep out of that hold any of the positions (n, 2), ascending."""
+    cells = {site.grid.cell_at(east, north) for east, north in positions_enu_m.tolist()}
+    return tuple(sorted(cell for cell in cells if cell is not None and site.keep_out[cell]))

@@ -11,12 +11,14 @@ from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from functools import partial
 
+import numpy as np
+
 from advise_ros.config import AdviseConfig, ExpertConfig, PilotConfig, PolicyConfig
 from advise_ros.core.advice.advice import AdviceRecord
 from advise_ros.core.errors import AdviseError
 from advise_ros.core.grid.grid import Grid
 from advise_ros.core.people.trial import TrialResult, TrialSettings, advised_trial, run_trial
-from advise_ros.demo.options import DemoOptions, node_config
+from advise_ros.demo.options import DemoOptions, load_sites, node_config
 from advise_ros.fair_clock import cpu_s
 from advise_ros.parent import die_with_parent
 from advise_ros.settings import learn_settings
@@ -25,11 +27,12 @@ NICENESS = 5
 
 
 def trial_settings(options: DemoOptions) -> TrialSettings:
-    """A trial with the parameters that the nodes of the demo fly and learn with.
+    """A trial with the parameters that the nodes of the demo fly and learn with, and what its simulated people know.
 
     Raises:
-        InputError: a parameter in the demo's parameter file is unknown or out of range.
+        InputError: a parameter in the demo's parameter file is unknown or out of range, or as load_sites.
     """
+    sites = load_sites(options)
     pilot = node_config(options.params_file, 'pilot', PilotConfig)
     expert = node_config(options.params_file, 'expert', ExpertConfig)
     return TrialSettings(
@@ -38,6 +41,8 @@ def trial_settings(options: DemoOptions) -> TrialSettings:
         noise_rate=pilot.noise_rate, mistake_share=pilot.mistake_share, max_moves=pilot.max_moves,
         prefer=expert.prefer, avoid=expert.avoid, error_rate=expert.error_rate, skip_rate=expert.skip_rate,
         step_budget_factor=node_config(options.params_file, 'policy', PolicyConfig).step_budget_factor,
+        keep_out=tuple(np.flatnonzero(sites.shown.keep_out).tolist()),
+        other=None if sites.other is None else sites.other.grid,
     )
 
 

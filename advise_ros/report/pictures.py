@@ -1,4 +1,4 @@
-"""Pictures of a session: clusters, uncertainty, policies and flown tracks, one map a waypoint."""
+"""Pictures of a session: the site with what was flown and learnt, policies one map a waypoint, questions, success."""
 
 from __future__ import annotations
 
@@ -19,15 +19,13 @@ from advise_ros.core.grid.grid import ACTION_STEP, Grid
 FloatArray = npt.NDArray[np.float64]
 
 # Okabe and Ito's colours, told apart by colour-blind readers.
-ORANGE, SKY, GREEN, YELLOW = '#E69F00', '#56B4E9', '#009E73', '#F0E442'
-BLUE, VERMILION, PURPLE, GREY = '#0072B2', '#D55E00', '#CC79A7', '#999999'
-CLUSTER_COLOURS = (
-    SKY, ORANGE, GREEN, YELLOW, PURPLE, BLUE, VERMILION, GREY, '#B0D0A0', '#C8B8E8', '#E8D8B0', '#A0C8C8',
-)
+ORANGE, GREEN, BLUE, VERMILION, PURPLE = '#E69F00', '#009E73', '#0072B2', '#D55E00', '#CC79A7'
 LIT = '#FDE7B5'
 PANEL_IN = 2.1
 ARROW_CELLS = 0.44
 SHORTEST_ARROW_CELLS = 0.03
+# Probability of keep-out from which on a cell is coloured.
+SHOWN_FROM = 0.05
 
 
 @dataclass(frozen=True)
@@ -35,13 +33,12 @@ class FlownTrack:
     """One flown track.
 
     Attributes:
-        kind: 'demonstration', 'before' or 'after'.
+        kind: of TRACKS.
         positions_enu_m: (n, 2) east and north.
         reached: the final waypoint was reached in order.
     """
 
     kind: str
-    label: str
     positions_enu_m: FloatArray
     reached: bool
 
@@ -125,35 +122,87 @@ def layers_figure(
     return figure
 
 
-def cluster_colour(clusters: npt.NDArray[np.int64], visits: FloatArray) -> Callable[[int], str | None]:
-    """Colour of a state by its cluster; states never visited stay white."""
-    return lambda state: CLUSTER_COLOURS[int(clusters[state]) % len(CLUSTER_COLOURS)] if visits[state] > 0 else None
+def keep_out_colour(keep_out: FloatArray) -> Callable[[int], str | None]:
+    """Colour of a state by the probability (cells,) that its cell is to be kept out of; cells as good as free stay white."""
+    def colour(state: int) -> str | None:
+        share = float(keep_out[state % len(keep_out)])
+        return str(mpl.colors.to_hex(mpl.colormaps['Reds'](0.75 * share))) if share >= SHOWN_FROM else None
+
+    return colour
 
 
-def heat_colour(values: FloatArray) -> Callable[[int], str | None]:
-    """Colour of a state by a value scaled between the smallest and the largest."""
-    low, high = float(values.min()), float(values.max())
-    scale = mpl.colors.Normalize(low, high if high > low else low + 1.0)
-    return lambda state: str(mpl.colors.to_hex(mpl.colormaps['cividis'](0.25 + 0.75 * scale(float(values[state])))))
+def draw_hidden(axes: Axes, grid: Grid, cells: Sequence[int], name: str = '') -> None:
+    """Hatch cells that no map shows; the first one bears a name."""
+    for cell in cells:
+        axes.add_patch(Rectangle(grid.xy(cell), 1, 1, fill=False, hatch='////', edgecolor='#7a8b70', linewidth=0, zorder=2))
+        for action, (dx, dy) in enumerate(ACTION_STEP):
+            if grid.neighbour(cell, action) not in cells:
+                (x, y), along = grid.xy(cell), (abs(dy), abs(dx))
+                corner = (x + (dx > 0), y + (dy > 0))
+                ends = zip(corner, (corner[0] + along[0], corner[1] + along[1]), strict=True)
+                axes.plot(*ends, color='#4c5f41', linewidth=1.6, zorder=3)
+    if name and cells:
+        xs, ys = zip(*map(grid.xy, cells), strict=True)
+        paper = {'boxstyle': 'round,pad=0.15', 'facecolor': 'white', 'edgecolor': 'none', 'alpha': 0.85}
+        axes.text(np.mean(xs) + 0.5, np.mean(ys) + 0.5, name, fontsize=9, ha='center', va='center', zorder=8, bbox=paper)
 
 
-def tracks_figure(grid: Grid, tracks: Sequence[FlownTrack]) -> Figure:
-    """Three maps: the demonstrations, the flights before advice and the flights after."""
-    kinds = (
-        ('demonstration', 'What the person flew', BLUE), ('before', 'Learnt without advice', VERMILION),
-        ('after', 'Learnt with advice', GREEN),
-    )
-    figure = Figure(figsize=(3.4 * len(kinds), 3.9), layout='constrained')
-    for axes, (kind, title, colour) in zip(figure.subplots(1, len(kinds)), kinds, strict=True):
-        draw_map(axes, grid)
-        flown = [track for track in tracks if track.kind == kind]
-        for track in flown:
-            cells = (track.positions_enu_m - np.array(grid.origin_enu_m)) / grid.resolution_m
-            axes.plot(cells[:, 0], cells[:, 1], color=colour, alpha=0.55, linewidth=1.3, zorder=3)
-            if not track.reached and len(cells):
-                axes.plot(*cells[-1], marker='x', color='black', markersize=7, zorder=7)
-        reached = sum(track.reached for track in flown)
-        axes.set_title(f'{title}\n{reached} of {len(flown)} flights reached the end', fontsize=10)
+def draw_way(axes: Axes, grid: Grid, states: Sequence[int], **style: object) -> None:
+    """A computed way over cell centres, states of a flight from its start."""
+    x, y = np.array([grid.xy(grid.cell_of(state)) for state in states]).T + 0.5
+    axes.plot(x, y, **style)
+
+
+def draw_track(axes: Axes, grid: Grid, track: FlownTrack, **style: object) -> None:
+    """A flown track, with a cross where it gave up."""
+    x, y = ((track.positions_enu_m - np.array(grid.origin_enu_m)) / grid.resolution_m).T
+    axes.plot(x, y, **style)
+    if not track.reached and len(x):
+        axes.plot(x[-1], y[-1], marker='x', color='black', markersize=8, zorder=9)
+
+
+@dataclass(frozen=True)
+class SitePanel:
+    """One map of a site.
+
+    Attributes:
+        hidden: cells that the person wants kept out of; no map shows them.
+        planned: states of the planner's way.
+        keep_out: (cells,) learnt probability, None where nothing is learnt yet.
+    """
+
+    title: str
+    grid: Grid
+    hidden: Sequence[int]
+    planned: Sequence[int]
+    tracks: Sequence[FlownTrack]
+    keep_out: FloatArray | None = None
+
+
+# Colour, width and line of what is flown, and its name in the legend.
+TRACKS = {
+    'demonstration': (BLUE, 0.8, '-', 'flown by the pilot'), 'before': (PURPLE, 2.0, '--', 'flown without advice'),
+    'after': (GREEN, 2.2, '-', 'flown with advice'), 'other': (GREEN, 2.2, '-', 'flown'),
+}
+
+
+def site_figure(panels: Sequence[SitePanel]) -> Figure:
+    """Maps of a site side by side: what is hidden, what is believed, what a planner would fly and what was flown."""
+    figure = Figure(figsize=(4.1 * len(panels), 4.9), layout='constrained')
+    for axes, panel in zip(figure.subplots(1, len(panels), squeeze=False)[0], panels, strict=True):
+        draw_map(axes, panel.grid)
+        if panel.keep_out is not None:
+            draw_cells(axes, panel.grid, 0, keep_out_colour(panel.keep_out))
+        draw_hidden(axes, panel.grid, panel.hidden, 'garden')
+        draw_way(axes, panel.grid, panel.planned, color='black', linewidth=2.0, linestyle=':', zorder=5, label="planner's route")
+        named = set()
+        for track in panel.tracks:
+            colour, width, line, name = TRACKS[track.kind]
+            label = name if name not in named else None
+            draw_track(axes, panel.grid, track, color=colour, linewidth=width, linestyle=line, alpha=0.8, zorder=4, label=label)
+            named.add(name)
+        axes.set_title(panel.title, fontsize=11)
+        axes.legend(loc='upper center', bbox_to_anchor=(0.5, 0.0), ncols=3, fontsize=8, frameon=False, handlelength=1.8)
     return figure
 
 
@@ -184,7 +233,7 @@ def success_figure(rows: Sequence[tuple[str, float, float, float]]) -> Figure:
     axes.set_xlim(0, 101)
     axes.set_yticks(range(len(rows)), [f'{label}: {mean:.0f} %' for label, mean, _, _ in rows], fontsize=9)
     axes.invert_yaxis()
-    axes.set_xlabel('flights that reach the final waypoint in order [%]', fontsize=9)
+    axes.set_xlabel('all waypoints in order, and nothing entered that is to be kept out of [%]', fontsize=9)
     axes.tick_params(axis='y', length=0)
     axes.spines[['top', 'right', 'left']].set_visible(False)
     return figure

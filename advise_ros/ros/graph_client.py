@@ -9,6 +9,7 @@ from typing import Any, TypeVar
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PoseStamped
+from nav_msgs.msg import OccupancyGrid
 from rclpy.action import ActionClient
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
@@ -57,6 +58,7 @@ class GraphClient:
         policies: by version.
         queries: by query id.
         advice: the session's log in order.
+        site_maps: what was believed of the site, by the stamp of the policy that came of it [ns].
         on_pose: called with every pose.
     """
 
@@ -85,6 +87,7 @@ class GraphClient:
         self.policies: dict[int, Policy] = {}
         self.queries: dict[int, AdviceQuery] = {}
         self.advice: list[Advice] = []
+        self.site_maps: dict[int, OccupancyGrid] = {}
         self.on_pose: Callable[[PoseStamped], None] | None = None
         self._subscribe()
         self._fly = ActionClient(self.node, Fly, 'policy/fly')
@@ -100,6 +103,10 @@ class GraphClient:
         listen(AdviceQuery, 'advise/query', self._on_query, qos.latched(EVERY_ONE))
         listen(Policy, 'advise/policy', lambda m: self.policies.__setitem__(m.version, m), qos.latched(EVERY_ONE))
         listen(Advice, 'advise/advice_log', self._on_advice, qos.ADVICE_LOG)
+        listen(
+            OccupancyGrid, 'advise/site_map', lambda m: self.site_maps.__setitem__(convert.stamp_to_ns(m.header.stamp), m),
+            qos.latched(EVERY_ONE),
+        )
         listen(
             Demonstration, 'demonstration', lambda m: self.demonstrations.__setitem__(m.demonstration_id, m),
             qos.DEMONSTRATIONS,
@@ -137,7 +144,7 @@ class GraphClient:
     def forget_session(self) -> None:
         """Forget the messages of a learner that is gone, before another one starts."""
         self.learner = self.query = None
-        self.policies, self.queries, self.advice, self.demonstrations = {}, {}, [], {}
+        self.policies, self.queries, self.advice, self.demonstrations, self.site_maps = {}, {}, [], {}, {}
 
     # -- waiting -----------------------------------------------------------------------------
     def wait(

@@ -16,7 +16,7 @@ from support.browser import Person, chromium
 from support.processes import executable
 
 PATIENCE_S = 200.0
-SHORT = ('--flights', '1', '--answers', '1', '--seeds-flown', '1', '--trials', '2')
+SHORT = ('--flights', '1', '--answers', '1')
 
 
 @pytest.fixture(scope='module')

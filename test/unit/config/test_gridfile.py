@@ -32,9 +32,9 @@ def test_blocked_may_be_missing(tmp_path: Path) -> None:
     assert load_grid(written(tmp_path, {'grid': {k: v for k, v in GOOD.items() if k != 'blocked'}})).blocked == ()
 
 
-@pytest.mark.parametrize('name', ['grid_6x6.yaml', 'grid_demo.yaml'])
-def test_the_grids_that_ship_load(name: str) -> None:
-    assert load_grid(ROOT / 'config' / name).n_layers == 4
+@pytest.mark.parametrize(('name', 'waypoints'), [('grid_6x6.yaml', 4), ('grid_demo.yaml', 6), ('grid_demo_other.yaml', 6)])
+def test_the_grids_that_ship_load(name: str, waypoints: int) -> None:
+    assert load_grid(ROOT / 'config' / name).n_layers == waypoints
 
 
 @pytest.mark.parametrize(

@@ -130,7 +130,7 @@ def test_a_trial_repeats_itself() -> None:
 
 def test_clean_demonstrations_need_no_advice() -> None:
     settings = TrialSettings(flights=3, answers=1, noise_rate=0.0, mistake_share=0.0)
-    assert all(run_trial(ROUND_TRIP, settings, seed).before for seed in range(5))
+    assert all(run_trial(ROUND_TRIP, settings, seed).before.success for seed in range(5))
 
 
 def test_skipped_questions_end_the_trial_when_none_is_left() -> None:
@@ -142,5 +142,5 @@ def test_the_demos_settings_fail_before_advice_and_succeed_after() -> None:
     """The settings of config/demo.yaml; 100 seeds gave 0 % before and 100 % (96 to 100) after."""
     learning = LearnSettings(clusters=6, cluster_features=1.0, acquisition='occupancy', temperature=0.1)
     trials = [run_trial(ROUND_TRIP, TrialSettings(learning), seed) for seed in range(2000, 2010)]
-    assert sum(trial.before for trial in trials) <= 6
-    assert sum(trial.after for trial in trials) >= 8
+    assert sum(trial.before.success for trial in trials) <= 6
+    assert sum(trial.after.success for trial in trials) >= 8
