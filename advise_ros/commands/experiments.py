@@ -17,6 +17,7 @@ from advise_ros.domains import DOMAINS
 from advise_ros.exits import INTERRUPTED, OK, VERDICT_NO, fail
 from advise_ros.experiments import runner
 from advise_ros.experiments.experiment import EXPERIMENTS, TRIALS, Request, fulfil
+from advise_ros.experiments.figures import Trials
 from advise_ros.experiments.method import METHODS
 from advise_ros.experiments.problem_file import (
     OPTIONS,
@@ -28,6 +29,10 @@ from advise_ros.experiments.problem_file import (
     write_result,
 )
 from advise_ros.experiments.protocols import FINAL_SEED
+from advise_ros.experiments.routes.report import NAMES, SEED, RoutesRequest, report
+from advise_ros.experiments.routes.report import TRIALS as ROUTES_TRIALS
+from advise_ros.experiments.routes.ways import WAYS
+from advise_ros.experiments.sites import SIZES
 
 EPILOG = """examples:
   ./advise experiments figure5 --domain wumpus --trials 10
@@ -61,6 +66,13 @@ A cluster: ./advise python -m distributed.cli.dask_scheduler, and on each machin
   ./advise experiments all --domain wumpus mine.npz --trials 10
 
 What has no place in figure 6 is left out there: domains without goals, or with one best action everywhere.""",
+    'routes': """examples:
+  ./advise experiments routes --jobs 2 --page docs/notebook/routes.md
+  ./advise experiments routes --tables hidden --sizes 6x6-4 8x8-8 --ways planner site --trials 10
+  ./advise experiments routes --tables recordings --recordings bags --grid config/grid_6x6.yaml
+
+Tables: hidden (areas that the map does not tell of), plain (nothing hidden), people, second (another route over the same site),
+domains (Wumpus World and Sailing), recordings. Those that a page has already are renewed where they stand.""",
     'learn': """examples:
   ./advise experiments learn --problem p.npz --out r.npz
   ./advise experiments learn --problem p.npz --out r.npz --reading R1 --slack-cost 1000
@@ -106,13 +118,32 @@ def _figures(options: argparse.Namespace) -> int:
         tuple(options.domain) if options.domain else None, tuple(options.method or METHODS), options.trials, options.seed,
         Path(options.out),
     )
+    with _bar() as bar:
+        return _written(fulfil(options.experiments, request, _performer(options), _progress(bar), _note))
+
+
+def _bar() -> Progress:
     console = Console(stderr=True)
     columns = (
         TextColumn('{task.description}'), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), TimeRemainingColumn()
     )
-    with Progress(*columns, console=console, disable=not console.is_terminal) as bar:
-        written = fulfil(options.experiments, request, _performer(options), _progress(bar), _note)
-    for path in written:
+    return Progress(*columns, console=console, disable=not console.is_terminal)
+
+
+def _routes(options: argparse.Namespace) -> int:
+    """Run the trials on routes and write their page."""
+    out = Path(options.out)
+    request = RoutesRequest(
+        tuple(options.tables), tuple(options.sizes), tuple(options.ways) if options.ways else None,
+        Trials(options.trials, options.seed), out, Path(options.page) if options.page else out / 'routes.md',
+        Path(options.recordings), Path(options.grid),
+    )
+    with _bar() as bar:
+        return _written(report(request, _performer(options), _progress(bar), _note))
+
+
+def _written(paths: Sequence[Path]) -> int:
+    for path in paths:
         print(path, flush=True)
     return OK
 
@@ -167,6 +198,8 @@ def _parser() -> argparse.ArgumentParser:
     about['all'] = ('all figures of the paper', tuple(name for name, one in EXPERIMENTS.items() if one.in_all))
     for name, (description, experiments) in about.items():
         _figure_options(_command(commands, name, description, FIGURES_EXIT), experiments)
+    about_routes = 'routes over sites whose map does not say all: the learner beside simpler ways, people, recordings'
+    _routes_options(_command(commands, 'routes', about_routes, FIGURES_EXIT))
     _learn_options(_command(commands, 'learn', 'equation (1) for a problem of your own (docs/paper.md)'))
     return parser
 
@@ -193,9 +226,28 @@ def _figure_options(parser: argparse.ArgumentParser, experiments: tuple[str, ...
     sailing = '; 250 for cluster quality in Sailing' if 'clusters' in experiments else ''
     parser.add_argument('--trials', type=_positive, metavar='N', help=f'default {TRIALS}{sailing}')
     parser.add_argument('--seed', type=_natural, default=FINAL_SEED, metavar='N', help='of the first trial (default %(default)s)')
-    parser.add_argument('--out', default='out/experiments', metavar='DIR', help='default %(default)s')
+    _run_options(parser, 'out/experiments')
+
+
+def _run_options(parser: argparse.ArgumentParser, out: str) -> None:
+    parser.add_argument('--out', default=out, metavar='DIR', help='default %(default)s')
     parser.add_argument('--jobs', type=_positive, default=1, metavar='N', help='processes on this machine (default 1)')
     parser.add_argument('--dask', metavar='ADDRESS', help='run on this Dask cluster instead, e.g. tcp://127.0.0.1:8786')
+
+
+def _routes_options(parser: argparse.ArgumentParser) -> None:
+    parser.set_defaults(run=_routes)
+    parser.add_argument('--tables', nargs='+', choices=NAMES, default=NAMES, metavar='NAME', help=f'{", ".join(NAMES)}')
+    parser.add_argument('--sizes', nargs='+', choices=SIZES, default=tuple(SIZES), metavar='SIZE', help=f'{", ".join(SIZES)}')
+    parser.add_argument('--ways', nargs='+', choices=WAYS, metavar='WAY', help=f'{", ".join(WAYS)} (default: all)')
+    parser.add_argument(
+        '--trials', type=_positive, default=ROUTES_TRIALS, metavar='N', help='default %(default)s; half of it from 20x20-8 on',
+    )
+    parser.add_argument('--seed', type=_natural, default=SEED, metavar='N', help='of the first trial (default %(default)s)')
+    parser.add_argument('--page', metavar='FILE', help='its tables are renewed, the picture lies beside it (default OUT/routes.md)')
+    parser.add_argument('--recordings', default='bags', metavar='DIR', help='recorded flights (default %(default)s)')
+    parser.add_argument('--grid', default='config/grid_6x6.yaml', metavar='FILE', help='their grid (default %(default)s)')
+    _run_options(parser, 'out/routes')
 
 
 def _learn_options(parser: argparse.ArgumentParser) -> None:

@@ -6,10 +6,13 @@ from dataclasses import replace
 from typing import NamedTuple
 
 from advise_ros.core.irl.program import Solution
+from advise_ros.experiments import ends
 from advise_ros.experiments.method import Protocol, Variant
 from advise_ros.experiments.trial import DECIMALS, Dialogue, Shown, show
 
 BUDGET = 10
+# Not algorithm 1 but `ends`.
+ENDS = Variant('ends')
 
 
 class Interview(NamedTuple):
@@ -28,19 +31,26 @@ def interviews(protocol: Protocol, variants: tuple[Variant, ...], seed: int) -> 
     """Each variant on the same demonstrations."""
     shown = show(protocol, seed)
     first = shown.first()
-    return [_interview(shown, variant, first) for variant in variants]
+    return [
+        _whole(*ends.interview(shown, BUDGET)) if variant == ENDS else _interview(shown, variant, first) for variant in variants
+    ]
+
+
+def _whole(performance: list[float], doubts: list[float]) -> Interview:
+    """With nothing left to ask performance stays as it is and no doubt is left."""
+    missing = BUDGET + 1 - len(performance)
+    return Interview((*performance, *performance[-1:] * missing), (*doubts, *[0.0] * missing))
 
 
 def _interview(shown: Shown, variant: Variant, first: Solution) -> Interview:
-    """Until the budget is spent; with nothing left to ask performance stays as it is and no doubt is left."""
+    """Until the budget is spent or nothing is left to ask."""
     dialogue = Dialogue(shown, variant, first)
     performance, doubts = [dialogue.performance], [round(dialogue.selection.worth, DECIMALS)]
     while len(performance) <= BUDGET and dialogue.ask():
         dialogue.learn()
         performance.append(dialogue.performance)
         doubts.append(round(dialogue.selection.worth, DECIMALS))
-    missing = BUDGET + 1 - len(performance)
-    return Interview((*performance, *performance[-1:] * missing), (*doubts, *[0.0] * missing))
+    return _whole(performance, doubts)
 
 
 def with_errors(protocol: Protocol, rate: float) -> Protocol:

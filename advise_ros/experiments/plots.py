@@ -43,7 +43,7 @@ def title(domain: str) -> str:
 def figure5(rows: Sequence[Row5], measures: Mapping[str, str]) -> Figure:
     """Performance against the number of questions; `measures` are the labels of the domains' vertical axes."""
     domains = list(dict.fromkeys(row.domain for row in rows))
-    figure, panels = _panels(len(domains))
+    figure, panels = in_panels(len(domains))
     for name, axes in zip(domains, panels, strict=True):
         _curves(axes, [row for row in rows if row.domain == name])
         axes.set(title=title(name), xlabel='number of questions', ylabel=measures[name])
@@ -73,7 +73,7 @@ def _curves(axes: Axes, rows: Sequence[Row5]) -> None:
 def figure6(rows: Sequence[Row6]) -> Figure:
     """Performance relative to ideal clusters against their quality."""
     domains = list(dict.fromkeys(row.domain for row in rows))
-    figure, panels = _panels(len(domains))
+    figure, panels = in_panels(len(domains))
     for name, axes in zip(domains, panels, strict=True):
         mine = [row for row in rows if row.domain == name]
         axes.errorbar(
@@ -87,7 +87,7 @@ def figure6(rows: Sequence[Row6]) -> Figure:
 
 def clusters(rows: Sequence[QualityRow]) -> Figure:
     """Quality of the clusters beside the paper's."""
-    figure, (axes,) = _panels(1)
+    figure, (axes,) = in_panels(1)
     places = range(len(rows))
     axes.bar(places, [row.mean for row in rows], 0.5, yerr=[row.ci95 for row in rows], color=BLUE, capsize=3, label='here')
     told = [(place, row.paper) for place, row in zip(places, rows, strict=True) if row.paper is not None]
@@ -102,7 +102,8 @@ def clusters(rows: Sequence[QualityRow]) -> Figure:
     return figure
 
 
-def _panels(number: int) -> tuple[Figure, list[Axes]]:
+def in_panels(number: int) -> tuple[Figure, list[Axes]]:
+    """A figure with so many panels, at most two in a row."""
     columns = min(number, 2)
     lines = -(-number // columns)
     figure = Figure(figsize=(PANEL_IN[0] * columns, PANEL_IN[1] * lines + 0.4), layout='constrained')

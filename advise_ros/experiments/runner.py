@@ -6,22 +6,38 @@ import logging
 import re
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import CancelledError
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 from advise_ros.core.errors import InputError
 from advise_ros.experiments.store import Store
-from advise_ros.experiments.work import Task, perform
 from advise_ros.parallel import on_cores
 
 ADDRESS = re.compile(r'(?:(?:tcp|tls|ws|wss|ucx)://)?[^/\s]+:\d{1,5}')
-Performer = Callable[[list[Task]], Iterator[tuple[Task, list[Any]]]]
 
 
-def _paired(task: Task) -> tuple[Task, list[Any]]:
-    return task, perform(task)
+class Trial(Protocol):
+    """One trial of some methods: plain values that any process can perform."""
+
+    @property
+    def methods(self) -> tuple[Any, ...]: ...
+
+    def keys(self) -> list[tuple[str, int]]:
+        """Where the results of the methods are stored."""
+
+    def perform(self) -> list[Any]:
+        """The result of each method, as JSON has it."""
+
+    def _replace(self, *, methods: tuple[Any, ...]) -> Trial: ...
 
 
-def here(tasks: list[Task]) -> Iterator[tuple[Task, list[Any]]]:
+Performer = Callable[[list[Trial]], Iterator[tuple[Trial, list[Any]]]]
+
+
+def _paired(task: Trial) -> tuple[Trial, list[Any]]:
+    return task, task.perform()
+
+
+def here(tasks: list[Trial]) -> Iterator[tuple[Trial, list[Any]]]:
     """One after the other in this process."""
     return map(_paired, tasks)
 
@@ -31,7 +47,7 @@ class OnCores(NamedTuple):
 
     jobs: int
 
-    def __call__(self, tasks: list[Task]) -> Iterator[tuple[Task, list[Any]]]:
+    def __call__(self, tasks: list[Trial]) -> Iterator[tuple[Trial, list[Any]]]:
         return on_cores(_paired, tasks, self.jobs, in_order=False)
 
 
@@ -44,7 +60,7 @@ class OnDask(NamedTuple):
 
     address: str
 
-    def __call__(self, tasks: list[Task]) -> Iterator[tuple[Task, list[Any]]]:
+    def __call__(self, tasks: list[Trial]) -> Iterator[tuple[Trial, list[Any]]]:
         import distributed  # noqa: PLC0415 - takes a second
 
         dask: Any = distributed  # Typed in part only.
@@ -62,9 +78,9 @@ class OnDask(NamedTuple):
         except (OSError, ValueError) as problem:
             raise InputError(f'no Dask scheduler answers at {self.address}; start one or check the address') from problem
 
-    def _result(self, future: Any) -> tuple[Task, list[Any]]:
+    def _result(self, future: Any) -> tuple[Trial, list[Any]]:
         try:
-            result: tuple[Task, list[Any]] = future.result()
+            result: tuple[Trial, list[Any]] = future.result()
         except CancelledError as problem:
             raise InputError(f'the Dask scheduler at {self.address} went away; start it and the same command again') from problem
         except Exception as problem:
@@ -76,7 +92,7 @@ class OnDask(NamedTuple):
         return result
 
 
-def run(tasks: Iterable[Task], store: Store, performer: Performer, progress: Callable[[int, int], None]) -> None:
+def run(tasks: Iterable[Trial], store: Store, performer: Performer, progress: Callable[[int, int], None]) -> None:
     """Perform what the store does not hold yet.
 
     Args:
@@ -99,6 +115,6 @@ def run(tasks: Iterable[Task], store: Store, performer: Performer, progress: Cal
         progress(done, len(every))
 
 
-def _missing(task: Task, store: Store) -> Task:
+def _missing(task: Trial, store: Store) -> Trial:
     wanted = [method for method, key in zip(task.methods, task.keys(), strict=True) if key not in store]
     return task._replace(methods=tuple(wanted))

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from advise_ros.core.demonstrations.demonstration import Demonstration
+from advise_ros.core.demonstrations.demonstration import Demonstration, EndReason
 from advise_ros.core.errors import InputError
 from advise_ros.core.grid.grid import N_ACTIONS, Grid
 from advise_ros.core.numerics import Bools, Floats, Ints
@@ -73,6 +73,20 @@ def other_route(site: Site, rng: np.random.Generator, tries: int = 3000) -> Site
         if reaches(other) and other.steps > direct.steps:
             return other
     return None
+
+
+def other_wishes(site: Site, rng: np.random.Generator) -> Site:
+    """The same route as flown by somebody else, who wants other areas kept out of."""
+    return site_with(site.grid, _hidden_areas(site.grid, rng))
+
+
+def given_up(flight: Demonstration) -> Demonstration:
+    """The first half of a flight."""
+    half = len(flight.states) // 2
+    return replace(
+        flight, states=flight.states[:half], actions=flight.actions[:half], stamps_ns=flight.stamps_ns[:half],
+        window_ns=(flight.window_ns[0], flight.stamps_ns[half]), end_reason=EndReason.STOPPED,
+    )
 
 
 def reaches(site: Site) -> bool:

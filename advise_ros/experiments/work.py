@@ -30,21 +30,20 @@ class Task(NamedTuple):
         """Where the results of the methods are stored."""
         return [(key_of(self.kind, self.protocol, method), self.seed) for method in self.methods]
 
+    def perform(self) -> list[object]:
+        """The result of each method; one thread, so that it is the same wherever it runs.
 
-def perform(task: Task) -> list[object]:
-    """The result of each method; one thread, so that it is the same wherever it runs.
-
-    Raises:
-        InputError: the user's files are not here, or not those that the task was made with.
-    """
-    _check_files(task.protocol)
-    with threadpool_limits(1):
-        if task.kind == 'quality':
-            return [cluster_quality(task.protocol, method, task.seed) for method in task.methods]
-        if task.kind == 'interview':
-            return [list(one) for one in interviews(task.protocol, task.methods, task.seed)]  # type: ignore[arg-type]
-        found = curves(task.protocol, task.methods, task.seed)
-        return [list(found[method.name]) for method in task.methods]
+        Raises:
+            InputError: the user's files are not here, or not those that the task was made with.
+        """
+        _check_files(self.protocol)
+        with threadpool_limits(1):
+            if self.kind == 'quality':
+                return [cluster_quality(self.protocol, method, self.seed) for method in self.methods]
+            if self.kind == 'interview':
+                return [list(one) for one in interviews(self.protocol, self.methods, self.seed)]  # type: ignore[arg-type]
+            found = curves(self.protocol, self.methods, self.seed)
+            return [list(found[method.name]) for method in self.methods]
 
 
 def _check_files(protocol: Protocol) -> None:

@@ -16,7 +16,7 @@ from advise_ros.experiments import trial
 from advise_ros.experiments.method import METHODS
 from advise_ros.experiments.protocols import protocol_for
 from advise_ros.experiments.recorded import domain_of
-from advise_ros.experiments.work import Task, perform
+from advise_ros.experiments.work import Task
 from advise_ros.recording.dataset import Dataset, load_dataset, save_dataset
 from support.paths import ROOT
 
@@ -76,7 +76,7 @@ def test_other_contents_are_other_trials(own: Path, tmp_path: Path) -> None:
     assert experiments.run(arguments) == 0
     assert len((tmp_path / 'trials.jsonl').read_text().splitlines()) == 2
     with pytest.raises(InputError, match='is not what it was'):
-        perform(Task('curves', before, (METHODS['ideal'],), 0))
+        Task('curves', before, (METHODS['ideal'],), 0).perform()
 
 
 def test_learn_solves_the_problem_that_flights_pose(flights: Path, tmp_path: Path) -> None:

@@ -1,0 +1,179 @@
+"""What is compared on routes: the learner, and simpler ways that see the same flights."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from functools import lru_cache, partial
+from typing import NamedTuple
+
+import numpy as np
+
+from advise_ros.core.advice.state import advice_state
+from advise_ros.core.demonstrations.action_counts import count
+from advise_ros.core.grid.grid import Grid
+from advise_ros.core.irl.settings import LearnSettings
+from advise_ros.core.learning.learner import Learned
+from advise_ros.core.learning.session import Session
+from advise_ros.core.numerics import Bools, Ints
+from advise_ros.core.planning.process import successors
+from advise_ros.core.planning.routes import optimal_table
+from advise_ros.core.site import within_advise
+from advise_ros.core.site.keep import for_route
+from advise_ros.core.site.layout import layout_of
+from advise_ros.core.site.plan import plan
+from advise_ros.experiments.routes import maxent
+from advise_ros.experiments.routes.cases import RouteTrial
+from advise_ros.experiments.sites import Site, judge
+
+MOST_ANSWERS = 10
+# After it asks no more, so many questions are asked on, to see whether they would have helped.
+BEYOND = 3
+# Worth of a question that is asked then, in steps.
+ANYTHING = 1e-9
+# The learner as the paper prints it, config/paper.yaml.
+AS_PRINTED = LearnSettings(
+    reading='literal', margin_cap=0.0, clusters=10, cluster_features=0.0, acquisition='paper', confirm=False, temperature=1.0,
+)
+
+
+class Outcome(NamedTuple):
+    """What came of a way in a trial.
+
+    Attributes:
+        curve: success after 0, 1, ... answers, until nothing more was asked.
+        planned: with the learner, success of the plan of its belief at the same points; else as `curve`.
+        beyond: success after further answers to questions that were no longer worth asking.
+        seconds: processor time to the first policy, and after each answer to the next policy and question.
+    """
+
+    curve: list[bool]
+    planned: list[bool]
+    beyond: list[bool]
+    seconds: list[float]
+
+
+def planner(trial: RouteTrial) -> Outcome:
+    """A shortest way, ties drawn: it knows the map and nothing else."""
+    options = optimal_table(trial.site.grid)
+    greedy = np.array([trial.rng.choice(np.flatnonzero(row)) if row.any() else 0 for row in options])
+    return _at_once(trial.site, lambda: greedy)
+
+
+def cloning(trial: RouteTrial) -> Outcome:
+    """The most frequent action; where there is none the shortest way to a state that was flown."""
+    return _at_once(trial.site, partial(_cloned, trial))
+
+
+def _cloned(trial: RouteTrial) -> Ints:
+    counts = count(trial.site.grid, trial.flights)
+    favourite = counts.favourite()
+    return np.where(favourite >= 0, favourite, _toward(successors(trial.site.grid), counts.visits > 0))
+
+
+def _toward(there: Ints, known: Bools) -> Ints:
+    """(states,) the action of a shortest way to a known state."""
+    distance = np.where(known, 0, len(known))
+    while True:
+        nearer = np.minimum(distance, distance[there].min(axis=1) + 1)
+        if np.array_equal(nearer, distance):
+            return distance[there].argmin(axis=1)
+        distance = nearer
+
+
+def maximum_entropy(trial: RouteTrial) -> Outcome:
+    """Maximum causal entropy IRL with step cost, goal and one map of cell costs."""
+    layout = layout_of(trial.site.grid)
+    return _at_once(trial.site, lambda: maxent.fly(layout, maxent.fit(layout, trial.flights)))
+
+
+def learner(trial: RouteTrial, settings: LearnSettings) -> Outcome:
+    """Algorithm 1 with some settings, asked until nothing is worth asking."""
+    settings = replace(settings, seed=trial.seed)
+    _compile()
+    session = Session(trial.site.grid, settings)
+    for flight in trial.flights:
+        session.add(flight)
+    curve, planned, seconds = _asked(session, trial, MOST_ANSWERS)
+    if settings.acquisition != 'site':
+        return Outcome(curve, curve, [], seconds)
+    session.settings = replace(settings, enough=ANYTHING)
+    session.restore(session.log)
+    beyond = _asked(session, trial, min(BEYOND, MOST_ANSWERS - len(session.log)))[0][1:]
+    return Outcome(curve, planned, beyond, seconds)
+
+
+def second_route(trial: RouteTrial) -> Outcome:
+    """What was learnt of the site on the first route, with its answers, flies another one: no flight, no answer."""
+    assert trial.other is not None
+    settings = LearnSettings(acquisition='site', seed=trial.seed)
+    session = Session(trial.site.grid, settings)
+    for flight in trial.flights:
+        session.add(flight)
+    _asked(session, trial, MOST_ANSWERS)
+    counts, layout = count(trial.site.grid, trial.flights), layout_of(trial.other.grid)
+    belief = within_advise.belief_of(trial.site.grid, counts, advice_state(session.log), settings.seed)
+    return _at_once(trial.other, lambda: plan(layout, for_route(belief, layout).keep_out).greedy)
+
+
+def second_planned(trial: RouteTrial) -> Outcome:
+    """The planner on the second route."""
+    assert trial.other is not None
+    return planner(trial._replace(site=trial.other))
+
+
+WAYS: dict[str, Callable[[RouteTrial], Outcome]] = {
+    'planner': planner,
+    'cloning': cloning,
+    'maxent': maximum_entropy,
+    'paper': partial(learner, settings=AS_PRINTED),
+    'occupancy': partial(learner, settings=LearnSettings(acquisition='occupancy')),
+    'site': partial(learner, settings=LearnSettings(acquisition='site')),
+}
+SECOND_WAYS: dict[str, Callable[[RouteTrial], Outcome]] = {'planner': second_planned, 'site': second_route}
+
+
+def _asked(session: Session, trial: RouteTrial, most: int) -> tuple[list[bool], list[bool], list[float]]:
+    """Success now and after each of at most so many answers, of policy and of plan; seconds of each."""
+    curve: list[bool] = []
+    planned: list[bool] = []
+    seconds: list[float] = []
+    while True:
+        begun = time.process_time()
+        learnt = _learn(session)
+        seconds.append(round(time.process_time() - begun, 3))
+        curve.append(judge(trial.site, learnt.greedy.astype(np.int64)).success)
+        planned.append(_planned(trial.site, learnt, curve[-1]))
+        if session.query is None or len(curve) > most:
+            return curve, planned, seconds
+        session.tell(trial.expert.answer(session.query))
+
+
+def _learn(session: Session) -> Learned:
+    work = session.snapshot()
+    assert work is not None
+    learnt = work.run()
+    session.adopt(learnt)
+    return learnt
+
+
+def _planned(site: Site, learnt: Learned, otherwise: bool) -> bool:
+    if learnt.keep_out is None:
+        return otherwise
+    return judge(site, plan(layout_of(site.grid), learnt.keep_out).greedy).success
+
+
+def _at_once(site: Site, greedy: Callable[[], Ints]) -> Outcome:
+    """Of a way that asks nothing."""
+    begun = time.process_time()
+    flown = greedy()
+    seconds = round(time.process_time() - begun, 3)
+    success = judge(site, flown).success
+    return Outcome([success], [success], [], [seconds])
+
+
+@lru_cache(maxsize=1)
+def _compile() -> None:
+    """Load what is compiled, which is no part of a trial's time."""
+    within_advise.compile_loops(Grid(1.0, 3, 3, (0.0, 0.0), 5.0, (2, 6)))
