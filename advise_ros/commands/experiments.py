@@ -82,6 +82,7 @@ docs/paper.md lists the fields of both files.
 exit code: 0 solved; 1 no reward satisfies strict advice; 2 wrong usage or input""",
 }
 MOST_NAMED = 20
+GRIDS = ('config/grid_6x6.yaml', 'config/grid_demo.yaml')
 FIGURES_EXIT = """
 exit code: 0 done; 2 wrong usage or input; 130 interrupted (the same command goes on)"""
 OPTION_HELP = {
@@ -136,7 +137,7 @@ def _routes(options: argparse.Namespace) -> int:
     request = RoutesRequest(
         tuple(options.tables), tuple(options.sizes), tuple(options.ways) if options.ways else None,
         Trials(options.trials, options.seed), out, Path(options.page) if options.page else out / 'routes.md',
-        Path(options.recordings), Path(options.grid),
+        Path(options.recordings), tuple(map(Path, options.grid)),
     )
     with _bar() as bar:
         return _written(report(request, _performer(options), _progress(bar), _note))
@@ -246,7 +247,7 @@ def _routes_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('--seed', type=_natural, default=SEED, metavar='N', help='of the first trial (default %(default)s)')
     parser.add_argument('--page', metavar='FILE', help='its tables are renewed, the picture lies beside it (default OUT/routes.md)')
     parser.add_argument('--recordings', default='bags', metavar='DIR', help='recorded flights (default %(default)s)')
-    parser.add_argument('--grid', default='config/grid_6x6.yaml', metavar='FILE', help='their grid (default %(default)s)')
+    parser.add_argument('--grid', nargs='+', default=GRIDS, metavar='FILE', help=f'their grids (default {" ".join(GRIDS)})')
     _run_options(parser, 'out/routes')
 
 

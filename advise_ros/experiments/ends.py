@@ -25,7 +25,9 @@ from advise_ros.experiments.trial import DECIMALS, Shown
 # A good end has this log odds against a bad one: goals are few.
 GOAL_PRICE = 2.0
 # A question is asked if its answer is expected to add so much to the value of the start.
-LEAST_WORTH = 1e-3
+LEAST_WORTH = 0.02
+# Half of what questions are weighed by doubts the moves: they count one in so many.
+DOUBT = 3.0
 # Patterns less likely than this decide no question.
 POSSIBLE = 1e-6
 
@@ -59,17 +61,17 @@ def interview(shown: Shown, budget: int) -> tuple[list[float], list[float]]:
     """Performance after 0, 1, ... answers until no question is worth asking, and what the best one was worth then."""
     domain, expert, rng = shown.domain, shown.protocol.expert, shown.generator('expert')
     ends = ends_of(domain)
-    logs = ends.log_prior + log_moves(shown.counts.taken[domain.acting], ends.optimal[:, domain.acting])
+    moves, other = log_moves(shown.counts.taken[domain.acting], ends.optimal[:, domain.acting]), ends.log_prior
     performance, doubts = [], []
     while True:
-        weights = softmax(logs)
-        q = plan(domain.mdp, weights @ ends.rewards).q
+        believed, doubting = softmax(other + moves), softmax(other + moves / DOUBT)
+        q = plan(domain.mdp, believed @ ends.rewards).q
         performance.append(round(domain.performance(split_ties(is_best(q))), DECIMALS))
-        state, worth = best_question(domain, ends, weights)
+        state, worth = best_question(domain, ends, (believed + doubting) / 2.0)
         doubts.append(round(worth, DECIMALS))
         if worth < LEAST_WORTH or len(performance) > budget:
             return performance, doubts
-        logs = logs + log_answer(ends.optimal[:, state], reply(expert, domain.optimal[[state]], rng))
+        other = other + log_answer(ends.optimal[:, state], reply(expert, domain.optimal[[state]], rng))
 
 
 def log_moves(taken: Ints, optimal: Bools) -> Floats:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -21,37 +21,43 @@ from advise_ros.recording.sources import find_recordings
 
 # A cell is called keep-out from this probability on.
 BELIEVED = 0.5
-HEAD = ('recording', 'flights', 'moves', 'flown as by', 'keep-out cells', 'reaches all', 'steps', 'shortest', 'best question')
+HEAD = ('recording', 'grid', 'flights', 'moves', 'flown as by', 'keep-out cells', 'reaches all', 'steps', 'shortest', 'best question')
 
 
-def recordings(directory: Path, grid_file: Path) -> str:
-    """Markdown: a line a recording.
+def recordings(directory: Path, grid_files: Sequence[Path]) -> str:
+    """Markdown: a line a recording, on the first grid that its flights lie on.
 
     Args:
         directory: of recordings.
-        grid_file: of the grid and route that all of them fly.
+        grid_files: of the grids and routes that they fly.
 
     Raises:
-        InputError: there are no recordings, or the grid file is wrong.
+        InputError: there are no recordings, or a grid file is wrong.
     """
     if not directory.is_dir():
         raise InputError(f'{directory} is no directory of recordings; name another')
-    grid, lines = load_grid(grid_file), [HEAD, ('---',) * len(HEAD)]
-    for path in find_recordings(directory):
-        found = harvest(str(path), ReadTask(grid))
-        name = path.name
-        lines.append(_learnt(name, grid, found.demonstrations) if found.demonstrations else (name, '0', *['-'] * (len(HEAD) - 2)))
-    return '\n'.join(f'| {" | ".join(line)} |' for line in lines)
+    grids = {path.stem: load_grid(path) for path in grid_files}
+    lines = [_line(path, grids) for path in find_recordings(directory)]
+    return '\n'.join(f'| {" | ".join(line)} |' for line in (HEAD, ('---',) * len(HEAD), *lines))
 
 
-def _learnt(name: str, grid: Grid, flights: Sequence[Demonstration]) -> tuple[str, ...]:
+def _line(path: Path, grids: Mapping[str, Grid]) -> tuple[str, ...]:
+    found = {name: harvest(str(path), ReadTask(grid)) for name, grid in grids.items()}
+    for name, one in found.items():
+        if one.demonstrations:
+            return (path.name, name, *_learnt(grids[name], one.demonstrations))
+    reasons = '; '.join(f'{name}: {one.failure}' for name, one in found.items())
+    return (path.name, reasons.replace('|', '/'), '0', *['-'] * (len(HEAD) - 3))
+
+
+def _learnt(grid: Grid, flights: Sequence[Demonstration]) -> tuple[str, ...]:
     learnt = learn(grid, LearnSettings(acquisition='site'), tuple(flights), ())
     belief = within_advise.belief_of(grid, count(grid, flights), advice_state(()), learnt.settings.seed)
     believed = np.flatnonzero(belief.keep_out > BELIEVED).tolist()
     site = site_with(grid, np.zeros(grid.n_cells, dtype=np.uint8))
     flown = judge(site, learnt.greedy.astype(np.int64))
     return (
-        name, str(len(flights)), str(sum(len(flight.states) for flight in flights)), belief.pilots[0].pilot.name,
+        str(len(flights)), str(sum(len(flight.states) for flight in flights)), belief.pilots[0].pilot.name,
         ' '.join(f'({x}, {y})' for x, y in map(grid.xy, believed)) or 'none', 'yes' if flown.arrives else 'no',
         f'{flown.length * site.steps:.0f}', str(site.steps), f'{learnt.doubt_left:.2f} steps',
     )

@@ -37,7 +37,7 @@ class RoutesRequest(NamedTuple):
         trials: how many, and their first seed.
         out: directory of the results.
         page: of the tables; the picture is beside it.
-        recordings, grid: directory of recorded flights, and the file of their grid.
+        recordings, grids: directory of recorded flights, and the files of their grids.
     """
 
     tables: tuple[str, ...]
@@ -47,7 +47,7 @@ class RoutesRequest(NamedTuple):
     out: Path
     page: Path
     recordings: Path
-    grid: Path
+    grids: tuple[Path, ...]
 
 
 def report(
@@ -75,7 +75,7 @@ def report(
             run(domains.tasks(request.trials), store, performer, partial(progress, DOMAINS))
             made[DOMAINS] = domains.markdown(store, request.trials)
         if RECORDINGS in request.tables:
-            made[RECORDINGS] = recordings(request.recordings, request.grid)
+            made[RECORDINGS] = recordings(request.recordings, request.grids)
         write_page(request.page, TITLE, made)
         drawn = _drawn(chosen, request, store)
     return [request.page, *drawn]
