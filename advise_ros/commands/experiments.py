@@ -72,7 +72,8 @@ What has no place in figure 6 is left out there: domains without goals, or with 
   ./advise experiments routes --tables recordings --recordings bags --grid config/grid_6x6.yaml
 
 Tables: hidden (areas that the map does not tell of), plain (nothing hidden), people, second (another route over the same site),
-domains (Wumpus World and Sailing), recordings. Those that a page has already are renewed where they stand.""",
+two (flights of two people are told apart), domains (Wumpus World and Sailing), recordings. Those that a page has already are
+renewed where they stand.""",
     'learn': """examples:
   ./advise experiments learn --problem p.npz --out r.npz
   ./advise experiments learn --problem p.npz --out r.npz --reading R1 --slack-cost 1000
@@ -245,7 +246,7 @@ def _routes_options(parser: argparse.ArgumentParser) -> None:
         '--trials', type=_positive, default=ROUTES_TRIALS, metavar='N', help='default %(default)s; half of it from 20x20-8 on',
     )
     parser.add_argument('--seed', type=_natural, default=SEED, metavar='N', help='of the first trial (default %(default)s)')
-    parser.add_argument('--page', metavar='FILE', help='its tables are renewed, the picture lies beside it (default OUT/routes.md)')
+    parser.add_argument('--page', metavar='FILE', help='where tables go, and beside it the picture (default OUT/routes.md)')
     parser.add_argument('--recordings', default='bags', metavar='DIR', help='recorded flights (default %(default)s)')
     parser.add_argument('--grid', nargs='+', default=GRIDS, metavar='FILE', help=f'their grids (default {" ".join(GRIDS)})')
     _run_options(parser, 'out/routes')

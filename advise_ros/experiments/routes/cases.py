@@ -35,7 +35,7 @@ class RouteCase(NamedTuple):
         flights: how many.
         given_up: how many of these end half-way, the last ones.
         people: who fly in turn; the second has other wishes, and the first one answers.
-        second: whether it is another route over the site that counts, without a flight or an answer of its own.
+        second: whether it is another route over the site that counts, without a flight of its own.
     """
 
     size: str

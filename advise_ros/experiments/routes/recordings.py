@@ -21,7 +21,9 @@ from advise_ros.recording.sources import find_recordings
 
 # A cell is called keep-out from this probability on.
 BELIEVED = 0.5
-HEAD = ('recording', 'grid', 'flights', 'moves', 'flown as by', 'keep-out cells', 'reaches all', 'steps', 'shortest', 'best question')
+HEAD = (
+    'recording', 'grid', 'flights', 'moves', 'flown as by', 'keep-out cells', 'reaches all', 'steps', 'shortest', 'best question',
+)
 
 
 def recordings(directory: Path, grid_files: Sequence[Path]) -> str:

@@ -14,7 +14,7 @@ from advise_ros.experiments.routes import domains, maxent
 from advise_ros.experiments.routes.page import write_page
 from advise_ros.experiments.routes.picture import picture
 from advise_ros.experiments.routes.recordings import recordings
-from advise_ros.experiments.routes.tables import TABLES, RouteTable, markdown, tasks
+from advise_ros.experiments.routes.tables import TABLES, RouteTable, markdown, tasks, two_markdown, two_tasks
 from advise_ros.experiments.routes.ways import MOST_ANSWERS, WAYS
 from advise_ros.experiments.runner import Performer, run
 from advise_ros.experiments.store import Store
@@ -23,8 +23,8 @@ TITLE = 'Routes: what the map does not say'
 # Of sites up to 12 x 12 cells; larger ones have half of them.
 TRIALS, SEED = 100, 700_000
 DRAWN = 'hidden'
-DOMAINS, RECORDINGS = 'domains', 'recordings'
-NAMES = (*TABLES, DOMAINS, RECORDINGS)
+TWO, DOMAINS, RECORDINGS = 'two', 'domains', 'recordings'
+NAMES = (*TABLES, TWO, DOMAINS, RECORDINGS)
 
 
 class RoutesRequest(NamedTuple):
@@ -71,6 +71,9 @@ def report(
         for name, table in chosen.items():
             run(tasks(table, request.trials), store, performer, partial(progress, name))
             made[name] = markdown(table, store, request.trials)
+        if TWO in request.tables:
+            run(two_tasks(request.sizes, request.trials), store, performer, partial(progress, TWO))
+            made[TWO] = two_markdown(request.sizes, store, request.trials)
         if DOMAINS in request.tables:
             run(domains.tasks(request.trials), store, performer, partial(progress, DOMAINS))
             made[DOMAINS] = domains.markdown(store, request.trials)

@@ -9,9 +9,10 @@ import numpy as np
 from scipy.stats import binomtest
 
 from advise_ros.experiments.figures import Trials
+from advise_ros.experiments.routes import two
 from advise_ros.experiments.routes.cases import RouteCase
 from advise_ros.experiments.routes.ways import SECOND_WAYS, WAYS
-from advise_ros.experiments.routes.work import RouteTask, outcomes
+from advise_ros.experiments.routes.work import AGREEMENT, RouteTask, outcomes
 from advise_ros.experiments.sites import SIZES
 from advise_ros.experiments.store import Store
 
@@ -117,6 +118,23 @@ def markdown(table: RouteTable, store: Store, trials: Trials) -> str:
             lines.append(_line([label, way, *cells(found)]))
             if any(one['planned'] != one['curve'] for one in found):
                 lines.append(_line([label, f'{way}, its plan', *cells([{**one, 'curve': one['planned']} for one in found])]))
+    return '\n'.join([f'Seeds {trials.seeds[0]} to {trials.seeds[-1]}.', '', *lines])
+
+
+def two_tasks(sizes: Sequence[str], trials: Trials) -> list[RouteTask]:
+    """One a case of one person or two, and seed."""
+    return [RouteTask(case, (AGREEMENT,), seed) for _, case in two.cases(sizes) for seed in trials.seeds]
+
+
+def two_markdown(sizes: Sequence[str], store: Store, trials: Trials) -> str:
+    """How often the flights are said to be of two people, and these named rightly; a line a case."""
+    head = ['', 'trials', 'says two', 'and names their flights', '[s]']
+    lines = [_line(head), _line(['---'] * len(head))]
+    for label, case in two.cases(sizes):
+        found = outcomes(store, case, AGREEMENT, trials.seeds)
+        said, right = ([one[part] for one in found] for part in ('two', 'right'))
+        seconds = np.mean([one['seconds'] for one in found])
+        lines.append(_line([label, str(len(found)), share(said), share(right) if case.people > 1 else '-', f'{seconds:.2f}']))
     return '\n'.join([f'Seeds {trials.seeds[0]} to {trials.seeds[-1]}.', '', *lines])
 
 

@@ -10,7 +10,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from advise_ros.core.advice.state import advice_state
 from advise_ros.core.demonstrations.action_counts import count
 from advise_ros.core.grid.grid import Grid
 from advise_ros.core.irl.settings import LearnSettings
@@ -20,12 +19,11 @@ from advise_ros.core.numerics import Bools, Ints
 from advise_ros.core.planning.process import successors
 from advise_ros.core.planning.routes import optimal_table
 from advise_ros.core.site import within_advise
-from advise_ros.core.site.keep import for_route
 from advise_ros.core.site.layout import layout_of
 from advise_ros.core.site.plan import plan
 from advise_ros.experiments.routes import maxent
 from advise_ros.experiments.routes.cases import RouteTrial
-from advise_ros.experiments.sites import Site, judge
+from advise_ros.experiments.sites import Site, expert_of, judge
 
 MOST_ANSWERS = 10
 # After it asks no more, so many questions are asked on, to see whether they would have helped.
@@ -92,9 +90,7 @@ def learner(trial: RouteTrial, settings: LearnSettings) -> Outcome:
     """Algorithm 1 with some settings, asked until nothing is worth asking."""
     settings = replace(settings, seed=trial.seed)
     _compile()
-    session = Session(trial.site.grid, settings)
-    for flight in trial.flights:
-        session.add(flight)
+    session = _session(trial, settings)
     curve, planned, seconds = _asked(session, trial, MOST_ANSWERS)
     if settings.acquisition != 'site':
         return Outcome(curve, curve, [], seconds)
@@ -105,16 +101,24 @@ def learner(trial: RouteTrial, settings: LearnSettings) -> Outcome:
 
 
 def second_route(trial: RouteTrial) -> Outcome:
-    """What was learnt of the site on the first route, with its answers, flies another one: no flight, no answer."""
+    """What was learnt of the site on the first route, with its answers, flies another one, without a flight there."""
     assert trial.other is not None
+    _compile()
     settings = LearnSettings(acquisition='site', seed=trial.seed)
+    first = _session(trial, settings)
+    _asked(first, trial, MOST_ANSWERS)
+    assert first.learned is not None
+    session = Session(trial.other.grid, settings, prior=first.kept(first.learned))
+    expert = expert_of(trial.other, 0.0, trial.rng)
+    curve, planned, seconds = _asked(session, trial._replace(site=trial.other, expert=expert), MOST_ANSWERS)
+    return Outcome(curve, planned, [], seconds)
+
+
+def _session(trial: RouteTrial, settings: LearnSettings) -> Session:
     session = Session(trial.site.grid, settings)
     for flight in trial.flights:
         session.add(flight)
-    _asked(session, trial, MOST_ANSWERS)
-    counts, layout = count(trial.site.grid, trial.flights), layout_of(trial.other.grid)
-    belief = within_advise.belief_of(trial.site.grid, counts, advice_state(session.log), settings.seed)
-    return _at_once(trial.other, lambda: plan(layout, for_route(belief, layout).keep_out).greedy)
+    return session
 
 
 def second_planned(trial: RouteTrial) -> Outcome:

@@ -10,10 +10,13 @@ from threadpoolctl import threadpool_limits
 
 from advise_ros import core
 from advise_ros.experiments.routes.cases import RouteCase, trial_of
+from advise_ros.experiments.routes.two import agreement
 from advise_ros.experiments.routes.ways import SECOND_WAYS, WAYS
 from advise_ros.experiments.store import Store, key_of
 from advise_ros.recording.source_digest import of_directory
 
+# Beside the ways: whether the flights are said to be one person's.
+AGREEMENT = 'agreement'
 # Where Linux tells and forgets the most memory that a process had at once.
 STATUS, FORGET = Path('/proc/self/status'), Path('/proc/self/clear_refs')
 PEAK, FORGET_PEAK = 'VmHWM:', '5'
@@ -23,7 +26,7 @@ class RouteTask(NamedTuple):
     """One trial of some ways.
 
     Attributes:
-        methods: names of WAYS.
+        methods: names of WAYS, or AGREEMENT.
     """
 
     case: RouteCase
@@ -60,6 +63,8 @@ def _measured(case: RouteCase, way: str, seed: int) -> dict[str, Any] | None:
     trial = trial_of(case, seed)
     if case.second and trial.other is None:
         return None
+    if way == AGREEMENT:
+        return agreement(trial)._asdict()
     FORGET.write_text(FORGET_PEAK, encoding='ascii')
     outcome = (SECOND_WAYS if case.second else WAYS)[way](trial)
     return {**outcome._asdict(), 'mb': _peak_mb()}

@@ -79,7 +79,7 @@ def test_the_learner_is_asked_on_after_its_stop_to_see_whether_that_would_have_h
 
 def test_what_was_learnt_flies_a_second_route_that_the_planner_flies_wrongly() -> None:
     trial = trial_of(CASE._replace(second=True), 1)
-    assert SECOND_WAYS['site'](trial).curve == [True]
+    assert SECOND_WAYS['site'](trial).curve[0]
     assert SECOND_WAYS['planner'](trial_of(CASE._replace(second=True), 1)).curve == [False]
 
 
