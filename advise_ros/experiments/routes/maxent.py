@@ -42,7 +42,7 @@ CONVERGED = 1e-4
 LEAVING = -1000.0
 
 
-class Leg(NamedTuple):
+class FlownLeg(NamedTuple):
     """The way to one waypoint in all flights.
 
     Attributes:
@@ -87,7 +87,7 @@ def fly(layout: Layout, costs: Floats) -> Ints:
     return lowest(best_actions(layout.moves, whole, all_distances(layout.moves, whole, layout.waypoints)))
 
 
-def _legs(layout: Layout, flights: Sequence[Demonstration]) -> list[Leg]:
+def _legs(layout: Layout, flights: Sequence[Demonstration]) -> list[FlownLeg]:
     n = layout.n_cells
     taken, starts = np.zeros((layout.n_layers, n, N_ACTIONS)), np.zeros((layout.n_layers, n))
     for flight in flights:
@@ -95,7 +95,7 @@ def _legs(layout: Layout, flights: Sequence[Demonstration]) -> list[Leg]:
         np.add.at(taken, (layers, cells, np.array(flight.actions)), 1.0)
         first = np.flatnonzero(np.diff(layers, prepend=-1))
         np.add.at(starts, (layers[first], cells[first]), 1.0)
-    return [Leg(int(goal), *rest) for goal, *rest in zip(layout.waypoints, taken, starts, strict=True)]
+    return [FlownLeg(int(goal), *rest) for goal, *rest in zip(layout.waypoints, taken, starts, strict=True)]
 
 
 def _table(layout: Layout) -> Floats:
@@ -107,7 +107,7 @@ def _table(layout: Layout) -> Floats:
     return table
 
 
-def _loss(layout: Layout, moves: Floats, legs: Sequence[Leg], costs: Floats) -> tuple[float, Floats]:
+def _loss(layout: Layout, moves: Floats, legs: Sequence[FlownLeg], costs: Floats) -> tuple[float, Floats]:
     """Minus the log likelihood of the moves, and its slopes, at costs (cells + 1,) of cells and, last, of a step."""
     package: Any = __import__(f'{PACKAGE}.maxent', fromlist=['maxent'])
     value, slopes = RIDGE / 2 * float(costs[:-1] @ costs[:-1]), np.append(RIDGE * costs[:-1], 0.0)

@@ -36,7 +36,7 @@ AS_PRINTED = LearnSettings(
 )
 
 
-class Outcome(NamedTuple):
+class WayOutcome(NamedTuple):
     """What came of a way in a trial.
 
     Attributes:
@@ -52,14 +52,14 @@ class Outcome(NamedTuple):
     seconds: list[float]
 
 
-def planner(trial: RouteTrial) -> Outcome:
+def planner(trial: RouteTrial) -> WayOutcome:
     """A shortest way, ties drawn: it knows the map and nothing else."""
     options = optimal_table(trial.site.grid)
     greedy = np.array([trial.rng.choice(np.flatnonzero(row)) if row.any() else 0 for row in options])
     return _at_once(trial.site, lambda: greedy)
 
 
-def cloning(trial: RouteTrial) -> Outcome:
+def cloning(trial: RouteTrial) -> WayOutcome:
     """The most frequent action; where there is none the shortest way to a state that was flown."""
     return _at_once(trial.site, partial(_cloned, trial))
 
@@ -80,27 +80,27 @@ def _toward(there: Ints, known: Bools) -> Ints:
         distance = nearer
 
 
-def maximum_entropy(trial: RouteTrial) -> Outcome:
+def maximum_entropy(trial: RouteTrial) -> WayOutcome:
     """Maximum causal entropy IRL with step cost, goal and one map of cell costs."""
     layout = layout_of(trial.site.grid)
     return _at_once(trial.site, lambda: maxent.fly(layout, maxent.fit(layout, trial.flights)))
 
 
-def learner(trial: RouteTrial, settings: LearnSettings) -> Outcome:
+def learner(trial: RouteTrial, settings: LearnSettings) -> WayOutcome:
     """Algorithm 1 with some settings, asked until nothing is worth asking."""
     settings = replace(settings, seed=trial.seed)
     _compile()
     session = _session(trial, settings)
     curve, planned, seconds = _asked(session, trial, MOST_ANSWERS)
     if settings.acquisition != 'site':
-        return Outcome(curve, curve, [], seconds)
+        return WayOutcome(curve, curve, [], seconds)
     session.settings = replace(settings, enough=ANYTHING)
     session.restore(session.log)
     beyond = _asked(session, trial, min(BEYOND, MOST_ANSWERS - len(session.log)))[0][1:]
-    return Outcome(curve, planned, beyond, seconds)
+    return WayOutcome(curve, planned, beyond, seconds)
 
 
-def second_route(trial: RouteTrial) -> Outcome:
+def second_route(trial: RouteTrial) -> WayOutcome:
     """What was learnt of the site on the first route, with its answers, flies another one, without a flight there."""
     assert trial.other is not None
     _compile()
@@ -111,7 +111,7 @@ def second_route(trial: RouteTrial) -> Outcome:
     session = Session(trial.other.grid, settings, prior=first.kept(first.learned))
     expert = expert_of(trial.other, 0.0, trial.rng)
     curve, planned, seconds = _asked(session, trial._replace(site=trial.other, expert=expert), MOST_ANSWERS)
-    return Outcome(curve, planned, [], seconds)
+    return WayOutcome(curve, planned, [], seconds)
 
 
 def _session(trial: RouteTrial, settings: LearnSettings) -> Session:
@@ -121,13 +121,13 @@ def _session(trial: RouteTrial, settings: LearnSettings) -> Session:
     return session
 
 
-def second_planned(trial: RouteTrial) -> Outcome:
+def second_planned(trial: RouteTrial) -> WayOutcome:
     """The planner on the second route."""
     assert trial.other is not None
     return planner(trial._replace(site=trial.other))
 
 
-WAYS: dict[str, Callable[[RouteTrial], Outcome]] = {
+WAYS: dict[str, Callable[[RouteTrial], WayOutcome]] = {
     'planner': planner,
     'cloning': cloning,
     'maxent': maximum_entropy,
@@ -135,7 +135,7 @@ WAYS: dict[str, Callable[[RouteTrial], Outcome]] = {
     'occupancy': partial(learner, settings=LearnSettings(acquisition='occupancy')),
     'site': partial(learner, settings=LearnSettings(acquisition='site')),
 }
-SECOND_WAYS: dict[str, Callable[[RouteTrial], Outcome]] = {'planner': second_planned, 'site': second_route}
+SECOND_WAYS: dict[str, Callable[[RouteTrial], WayOutcome]] = {'planner': second_planned, 'site': second_route}
 
 
 def _asked(session: Session, trial: RouteTrial, most: int) -> tuple[list[bool], list[bool], list[float]]:
@@ -168,13 +168,13 @@ def _planned(site: Site, learnt: Learned, otherwise: bool) -> bool:
     return judge(site, plan(layout_of(site.grid), learnt.keep_out).greedy).success
 
 
-def _at_once(site: Site, greedy: Callable[[], Ints]) -> Outcome:
+def _at_once(site: Site, greedy: Callable[[], Ints]) -> WayOutcome:
     """Of a way that asks nothing."""
     begun = time.process_time()
     flown = greedy()
     seconds = round(time.process_time() - begun, 3)
     success = judge(site, flown).success
-    return Outcome([success], [success], [], [seconds])
+    return WayOutcome([success], [success], [], [seconds])
 
 
 @lru_cache(maxsize=1)
