@@ -191,8 +191,7 @@ def _acquisitions(request: Request, bench: Bench) -> list[Path]:
 
 def _write(stem: Path, content: Any, figure: Figure) -> list[Path]:
     written = _save(stem, content)
-    plots.save(figure, stem)
-    return [written, *(stem.with_suffix(suffix) for suffix in ('.png', '.svg'))]
+    return [written, *plots.save(figure, stem)]
 
 
 def _save(stem: Path, content: Any) -> Path:

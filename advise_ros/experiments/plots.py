@@ -119,17 +119,19 @@ def _legend(panels: Sequence[Axes]) -> tuple[list[Any], list[str]]:
     return list(found.values()), list(found)
 
 
-def save(figure: Figure, stem: Path) -> None:
-    """As PNG and SVG; the same figure gives the same bytes.
+def save(figure: Figure, stem: Path, suffixes: Sequence[str] = ('.png', '.svg')) -> list[Path]:
+    """As PNG and SVG, or one of them; the same figure gives the same bytes. Returns the files.
 
     Raises:
         InputError: the directory cannot be written.
     """
+    paths = [stem.with_suffix(suffix) for suffix in suffixes]
     try:
-        figure.savefig(stem.with_suffix('.png'), dpi=DOTS_PER_INCH, metadata={'Software': None})
-        figure.savefig(stem.with_suffix('.svg'), metadata={'Date': None})
+        for path in paths:
+            figure.savefig(path, dpi=DOTS_PER_INCH, metadata={'Software' if path.suffix == '.png' else 'Date': None})
     except OSError as problem:
         raise InputError(f'{stem} cannot be written ({problem.strerror}); name another directory') from problem
+    return paths
 
 
 def in_style() -> Any:

@@ -98,5 +98,4 @@ def _drawn(chosen: dict[str, RouteTable], request: RoutesRequest, store: Store) 
     table = chosen.get(DRAWN)
     if table is None or not table.lines:
         return []
-    plots.save(picture(table, store, request.trials, MOST_ANSWERS), request.page.with_suffix(''))
-    return [request.page.with_suffix(suffix) for suffix in ('.png', '.svg')]
+    return plots.save(picture(table, store, request.trials, MOST_ANSWERS), request.page.with_suffix(''), ('.svg',))
