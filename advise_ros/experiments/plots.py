@@ -128,7 +128,8 @@ def save(figure: Figure, stem: Path, suffixes: Sequence[str] = ('.png', '.svg'))
     paths = [stem.with_suffix(suffix) for suffix in suffixes]
     try:
         for path in paths:
-            figure.savefig(path, dpi=DOTS_PER_INCH, metadata={'Software' if path.suffix == '.png' else 'Date': None})
+            as_png = {'dpi': DOTS_PER_INCH, 'metadata': {'Software': None}}
+            figure.savefig(path, **(as_png if path.suffix == '.png' else {'metadata': {'Date': None}}))
     except OSError as problem:
         raise InputError(f'{stem} cannot be written ({problem.strerror}); name another directory') from problem
     return paths
