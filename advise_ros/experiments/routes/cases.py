@@ -7,9 +7,9 @@ from typing import NamedTuple
 import numpy as np
 
 from advise_ros.core.demonstrations.demonstration import Demonstration
+from advise_ros.core.people.known_site import Site
 from advise_ros.core.people.simulated_expert import SimulatedExpert
 from advise_ros.experiments.sites import (
-    Site,
     expert_of,
     flights_of,
     given_up,

@@ -13,8 +13,8 @@ from advise_ros.core.demonstrations.demonstration import Demonstration
 from advise_ros.core.errors import InputError
 from advise_ros.core.grid.grid import Grid
 from advise_ros.core.learning.learner import LearnSettings, learn
+from advise_ros.core.people.known_site import judge, site_with
 from advise_ros.core.site import within_advise
-from advise_ros.experiments.sites import judge, site_with
 from advise_ros.recording.batch import ReadTask, harvest
 from advise_ros.recording.gridfile import load_grid
 from advise_ros.recording.sources import find_recordings

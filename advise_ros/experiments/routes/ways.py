@@ -16,6 +16,7 @@ from advise_ros.core.irl.settings import LearnSettings
 from advise_ros.core.learning.learner import Learned
 from advise_ros.core.learning.session import Session
 from advise_ros.core.numerics import Bools, Ints
+from advise_ros.core.people.known_site import Site, judge
 from advise_ros.core.planning.process import successors
 from advise_ros.core.planning.routes import optimal_table
 from advise_ros.core.site import within_advise
@@ -23,7 +24,7 @@ from advise_ros.core.site.layout import layout_of
 from advise_ros.core.site.plan import plan
 from advise_ros.experiments.routes import maxent
 from advise_ros.experiments.routes.cases import RouteTrial
-from advise_ros.experiments.sites import Site, expert_of, judge
+from advise_ros.experiments.sites import expert_of
 
 MOST_ANSWERS = 10
 # After it asks no more, so many questions are asked on, to see whether they would have helped.

@@ -11,6 +11,7 @@ import pytest
 
 from advise_ros.commands import experiments
 from advise_ros.core.numerics import Floats
+from advise_ros.core.people.known_site import judge
 from advise_ros.core.site.layout import layout_of
 from advise_ros.core.site.plan import plan
 from advise_ros.experiments.routes import maxent
@@ -18,7 +19,6 @@ from advise_ros.experiments.routes.cases import RouteCase, trial_of
 from advise_ros.experiments.routes.page import filled
 from advise_ros.experiments.routes.tables import cells, in_time
 from advise_ros.experiments.routes.ways import SECOND_WAYS, WAYS
-from advise_ros.experiments.sites import judge
 
 CASE = RouteCase('6x6-4')
 
