@@ -8,14 +8,14 @@ from pathlib import Path
 import numpy as np
 
 from advise_ros.core.advice.state import advice_state
-from advise_ros.core.demonstrations.action_counts import count
-from advise_ros.core.demonstrations.demonstration import Demonstration
+from advise_ros.core.demonstrations.demonstration import Demonstration, count
 from advise_ros.core.errors import InputError
 from advise_ros.core.grid.grid import Grid
-from advise_ros.core.learning.learner import LearnSettings, learn
+from advise_ros.core.irl.settings import LearnSettings
+from advise_ros.core.learning.learner import learn
 from advise_ros.core.people.known_site import judge, site_with
 from advise_ros.core.site import within_advise
-from advise_ros.recording.batch import ReadTask, harvest
+from advise_ros.recording.batch import ReadTask, read_one
 from advise_ros.recording.gridfile import load_grid
 from advise_ros.recording.sources import find_recordings
 
@@ -44,7 +44,7 @@ def recordings(directory: Path, grid_files: Sequence[Path]) -> str:
 
 
 def _line(path: Path, grids: Mapping[str, Grid]) -> tuple[str, ...]:
-    found = {name: harvest(str(path), ReadTask(grid)) for name, grid in grids.items()}
+    found = {name: read_one(str(path), ReadTask(grid)) for name, grid in grids.items()}
     for name, one in found.items():
         if one.demonstrations:
             return (path.name, name, *_learnt(grids[name], one.demonstrations))

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from advise_ros.core.demonstrations.action_counts import count
+from advise_ros.core.demonstrations.demonstration import count
 from advise_ros.core.site.agreement import two_people
 from advise_ros.core.site.belief import believe
 from advise_ros.core.site.layout import layout_of

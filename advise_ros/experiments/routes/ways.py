@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from advise_ros.core.demonstrations.action_counts import count
+from advise_ros.core.demonstrations.demonstration import count
 from advise_ros.core.grid.grid import Grid
 from advise_ros.core.irl.settings import LearnSettings
 from advise_ros.core.learning.learner import Learned
@@ -18,7 +18,7 @@ from advise_ros.core.learning.session import Session
 from advise_ros.core.numerics import Bools, Ints
 from advise_ros.core.people.known_site import Site, judge
 from advise_ros.core.planning.process import successors
-from advise_ros.core.planning.routes import optimal_table
+from advise_ros.core.planning.rollout import optimal_table
 from advise_ros.core.site import within_advise
 from advise_ros.core.site.layout import layout_of
 from advise_ros.core.site.plan import plan
@@ -152,7 +152,7 @@ def _asked(session: Session, trial: RouteTrial, most: int) -> tuple[list[bool], 
         planned.append(_planned(trial.site, learnt, curve[-1]))
         if session.query is None or len(curve) > most:
             return curve, planned, seconds
-        session.tell(trial.expert.answer(session.query))
+        session.submit(trial.expert.answer(session.query))
 
 
 def _learn(session: Session) -> Learned:

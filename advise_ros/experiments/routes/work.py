@@ -13,7 +13,7 @@ from advise_ros.experiments.routes.cases import RouteCase, trial_of
 from advise_ros.experiments.routes.two import agreement
 from advise_ros.experiments.routes.ways import SECOND_WAYS, WAYS
 from advise_ros.experiments.store import Store, key_of
-from advise_ros.recording.source_digest import of_directory
+from advise_ros.recording.platform import digest_of_code
 
 # Beside the ways: whether the flights are said to be one person's.
 AGREEMENT = 'agreement'
@@ -56,7 +56,7 @@ def outcomes(store: Store, case: RouteCase, way: str, seeds: range) -> list[dict
 
 @lru_cache(maxsize=1)
 def _code() -> str:
-    return of_directory(Path(core.__file__).parent)
+    return digest_of_code(Path(core.__file__).parent)
 
 
 def _measured(case: RouteCase, way: str, seed: int) -> dict[str, Any] | None:

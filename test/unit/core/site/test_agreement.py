@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from advise_ros.core.demonstrations.action_counts import count
+from advise_ros.core.demonstrations.demonstration import count
 from advise_ros.core.site.agreement import TwoPeople, two_people
 from advise_ros.core.site.belief import believe
 from advise_ros.core.site.layout import layout_of
