@@ -54,7 +54,7 @@ def test_a_flight_that_is_given_up_is_recorded_up_to_there(graph: Graph, square_
     bridge = MockBridge(graph, grid, in_air=False, speedup=10.0)
     plan = {'noise_rate': 0.0, 'mistake_share': 0.0, 'max_moves': 5, 'heard_timeout_s': 60.0}
     pilot = graph.start('pilot', {'grid_file': square_file, **plan})
-    graph.wait_for('pilot/status', String, lambda s: 'holding until /recorder hears' in s.data, qos.latched())
+    graph.wait_for('pilot/status', String, lambda s: 'holding until /recorder receives' in s.data, qos.latched())
     graph.start('recorder', {'grid_file': square_file})
     recorded = graph.wait_for('demonstration', Demonstration, qos=qos.DEMONSTRATIONS)
     assert recorded.end_reason == Demonstration.STOPPED

@@ -42,9 +42,9 @@ def solve(problem: Problem, form: Form = PRINTED) -> Solution:
     xi, zeta, eta = cp.Variable(n), cp.Variable(n, nonneg=True), cp.Variable(n, nonneg=True)
     demonstrated, advised = list(problem.demonstrated), list(problem.advised)
     shown = _margins(problem, form, problem.demonstration_pairs, v, xi)
-    advised = _margins(problem, form, problem.advice_pairs, v, zeta + terms.delta - eta)
+    answered = _margins(problem, form, problem.advice_pairs, v, zeta + terms.delta - eta)
     constraints = [
-        *definition, cp.abs(r) <= terms.r_max, *shown, *advised,
+        *definition, cp.abs(r) <= terms.r_max, *shown, *answered,
         *([xi <= terms.cap, zeta <= terms.cap] if np.isfinite(terms.cap) else []),
         *([eta == 0] if terms.strict else []),
     ]
@@ -57,7 +57,7 @@ def solve(problem: Problem, form: Form = PRINTED) -> Solution:
     program = cp.Problem(cp.Maximize(objective), constraints)
     _run(program, form, n)
     value = v.value if form.dense else np.linalg.solve(_system(problem), r.value)
-    return certified(problem, value, _duals(problem, shown, advised), f'cvxpy {form.backend}')
+    return certified(problem, value, _duals(problem, shown, answered), f'cvxpy {form.backend}')
 
 
 def _variables(problem: Problem, form: Form) -> tuple[Any, Any, list[Any]]:
@@ -101,9 +101,9 @@ def _status(program: Any, form: Form) -> str:
     return str(program.status)
 
 
-def _duals(problem: Problem, shown: list[Any], advised: list[Any]) -> Duals:
+def _duals(problem: Problem, shown: list[Any], answered: list[Any]) -> Duals:
     """The weights that cvxpy reports, with the flow that belongs to them."""
     w = shown[0].dual_value if shown else np.zeros(0)
-    z = advised[0].dual_value if advised else np.zeros(0)
+    z = answered[0].dual_value if answered else np.zeros(0)
     owed = problem.demonstration_pairs.weighted(problem.mdp, w) + problem.advice_pairs.weighted(problem.mdp, z)
     return Duals(np.linalg.solve(_system(problem).T, -owed).astype(np.float64), w, z)

@@ -226,5 +226,5 @@ def test_a_state_that_is_heard_late_takes_nothing_from_a_flight() -> None:
 def test_numbers_go_on_after_those_that_others_hold() -> None:
     into = recorder()
     for held in ('flight-007', 'flight-003', 'grid-model-9', 'flight-x', 'flight-'):
-        into.heard(held)
+        into.skip_number(held)
     assert [found.demonstration_id for found in play(into, BOTH)] == ['flight-008', 'flight-009']
