@@ -50,7 +50,7 @@ def test_a_person_answers_on_the_page_and_the_story_goes_on(
             person.shows('battery', '%')
             person.press('ArrowRight', 'Enter')
             person.history('EAST, not WEST', 'Anna')
-            said(output, '1 questions asked and answered')
+            said(output, 'one question asked and answered')
         finally:
             demo.send_signal(signal.SIGINT)
             code = demo.wait(60)

@@ -20,7 +20,9 @@ from advise_ros.core.people.trial import advised_trial
 from advise_ros.core.planning.rollout import shortest_route
 from advise_ros.demo import summary, trials
 from advise_ros.demo.options import DemoSites, load_sites
-from advise_ros.demo.story import DemoFlight, DemoSession
+from advise_ros.demo.story import DemoFlight, DemoPolicy, DemoSession
+from advise_ros.report import page, pictures
+from advise_ros.report.pictures import FlownTrack
 
 SEEDS = range(6)
 # A small route on which answers count for much; the demo's own is larger, and its learner needs few.
@@ -125,3 +127,17 @@ def test_the_story_holds_if_what_was_learnt_keeps_out_and_the_bag_replays() -> N
     assert outcome().good
     assert not outcome(entered=(2,)).good
     assert not replace(outcome(), replay_equal=False).good
+
+
+def test_the_report_shows_the_garden_what_is_believed_and_every_kind_of_flight() -> None:
+    ended = outcome(entered=(2,))
+    believed = DemoPolicy(np.zeros(SQUARE.n_states, dtype=np.uint8), np.linspace(0.0, 1.0, SQUARE.n_cells))
+    line = np.array([[0.0, 0.0], [6.0, 0.0]])
+    html = page.render(summary.page_values(replace(
+        ended, session=replace(ended.session, learnt=[believed, believed]),
+        tracks=[FlownTrack(kind, line, reached=kind != 'before') for kind in pictures.TRACKS],
+    )))
+    assert html.count('<svg') == 3, 'the site, the policies and the trials'
+    for said in ('garden', "planner's route", *(name for *_, name in pictures.TRACKS.values())):
+        assert f'>{said}</text>' in html, said
+    assert 'garden entered in 1 of its cells' in html and 'equal byte for byte' in html
