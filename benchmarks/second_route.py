@@ -26,6 +26,8 @@ from advise_ros.core.grid.raster import Raster, on_cells
 from advise_ros.core.irl.settings import LearnSettings
 from advise_ros.core.learning.session import Session
 from advise_ros.core.numerics import Floats
+from advise_ros.core.site.layout import layout_of
+from advise_ros.core.site.plan import plan
 from advise_ros.core.site.prior import SitePrior
 from advise_ros.experiments.sites import (
     SIZES,
@@ -42,13 +44,14 @@ from advise_ros.experiments.sites import (
 WAYS = ('planner', 'flights', 'map', 'shifted map')
 
 
-def interview(site: Site, session: Session, answers: int, rng: np.random.Generator) -> list[bool]:
-    """Success after 0, 1, ... answers, until nothing is worth asking."""
+def interview(site: Site, session: Session, answers: int, rng: np.random.Generator, *, fly_plan: bool) -> list[bool]:
+    """Success after 0, 1, ... answers, until nothing is worth asking; of the plan of the belief, or of the policy."""
     expert, curve = expert_of(site, 0.0, rng), list[bool]()
     while True:
         learnt = session.snapshot().run()
         session.adopt(learnt)
-        curve.append(judge(site, learnt.greedy).success)
+        greedy = plan(layout_of(site.grid), learnt.keep_out).greedy if fly_plan else learnt.greedy
+        curve.append(judge(site, greedy).success)
         if session.query is None or len(curve) > answers:
             return curve
         session.submit(expert.answer(session.query))
@@ -64,14 +67,15 @@ def trial(size: str, seed: int, given: argparse.Namespace) -> dict[str, Any] | N
     first = Session(site.grid, settings)
     for flight in flights_of(site, pilot_of(site, given.pilot, 0.4, 0.2, people), given.flights):
         first.add(flight)
-    row: dict[str, Any] = {'first': interview(site, first, given.first, people)}
+    row: dict[str, Any] = {'first': interview(site, first, given.first, people, fly_plan=given.plan)}
     learned = first.learned
     known = first.kept(learned)
     row['planner'] = [judge(other, site_with(other.grid, np.zeros_like(site.keep_out)).right.argmax(axis=1)).success]
     kept = {'flights': known, 'map': _map(learned.keep_out), 'shifted map': _shifted(other, learned.keep_out)}
     for way, prior in ((way, kept[way]) for way in given.ways):
         begun = time.process_time()
-        row[way] = interview(other, Session(other.grid, settings, prior=prior), given.second, np.random.default_rng([seed, 4]))
+        session, rng = Session(other.grid, settings, prior=prior), np.random.default_rng([seed, 4])
+        row[way] = interview(other, session, given.second, rng, fly_plan=given.plan)
         row[f'{way} s'] = round(time.process_time() - begun, 2)
     return row
 
@@ -103,6 +107,7 @@ def main() -> None:
     parser.add_argument('--flights', type=int, default=5)
     parser.add_argument('--first', type=int, default=4, help='answers on the first route, at most')
     parser.add_argument('--second', type=int, default=2, help='answers on the second route, at most')
+    parser.add_argument('--plan', action='store_true', help='fly the plan of the belief, without equation (1)')
     parser.add_argument('--ways', nargs='+', choices=WAYS[1:], default=list(WAYS[1:]))
     parser.add_argument('--out', type=Path, default=Path('out/second_route.jsonl'))
     given = parser.parse_args()
@@ -113,7 +118,7 @@ def main() -> None:
     print('| | trials | first route, end | ' + ' | '.join(f'{way}: 0, {given.second}' for way in ways) + ' |')
     print('|---' * (len(ways) + 3) + '|')
     for size in given.sizes:
-        case = [size, given.flights, given.pilot, given.first, given.second, given.ways]
+        case = [size, given.flights, given.pilot, given.first, given.second, given.ways, given.plan]
         for seed in range(given.seed, given.seed + given.trials):
             if not any(row['case'] == case and row['seed'] == seed for row in rows):
                 row = {'case': case, 'seed': seed, 'found': trial(size, seed, given)}
