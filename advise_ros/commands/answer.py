@@ -6,6 +6,7 @@ import argparse
 import math
 import sys
 from collections.abc import Sequence
+from dataclasses import replace
 
 import rclpy
 from rclpy.signals import SignalHandlerOptions
@@ -14,7 +15,7 @@ from std_srvs.srv import Trigger
 from advise_msgs.msg import LearnerStatus
 from advise_msgs.srv import AnswerQuery, PreviewAnswer, RetractAdvice
 from advise_ros.commands.question_text import log_text, question_text
-from advise_ros.core.advice.advice import Answer, Verdict
+from advise_ros.core.advice.advice import Answer, AnswerOption, Verdict
 from advise_ros.core.errors import AdviseError, InputError
 from advise_ros.core.grid.grid import Action
 from advise_ros.exits import INTERRUPTED, OK, VERDICT_NO, fail
@@ -24,6 +25,7 @@ from advise_ros.ros.graph_client import GraphClient, GraphTimeoutError
 ACCEPTED, REFUSED = OK, VERDICT_NO
 EPILOG = """examples:
   ./advise answer                                            show the open question and the answers so far
+  ./advise answer --query 3 --say on-purpose                 or by-accident: one of the words that the question offers
   ./advise answer --query 3 --prefer east --avoid north,west
   ./advise answer --query 3 --prefer east --avoid west --preview     what it would change
   ./advise answer --query 3 --skip                           or --unsure, or --mixed: the cells need different actions
@@ -65,6 +67,7 @@ def _parser() -> argparse.ArgumentParser:
         prog='answer', description=__doc__, epilog=EPILOG, formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument('--query', type=int, metavar='ID', help='the query that is answered')
+    parser.add_argument('--say', metavar='WORD', help='the answer in one of the words that the question offers')
     parser.add_argument('--prefer', metavar='ACTIONS', help='right actions: north, east, south, west, joined by commas')
     parser.add_argument('--avoid', metavar='ACTIONS', help='wrong actions')
     what = parser.add_mutually_exclusive_group()
@@ -89,12 +92,14 @@ def _answer(options: argparse.Namespace) -> Answer | None:
     if not 0 < options.wait < math.inf:
         raise InputError(f'--wait is {options.wait:g}; it must be a number of seconds above 0')
     sets = options.prefer is not None or options.avoid is not None
-    if not sets and options.verdict is None:
+    if not sets and options.verdict is None and options.say is None:
         if options.query is not None and not options.undo and options.retract is None:
-            raise InputError(f'query {options.query} needs an answer: --prefer and --avoid, --skip, --unsure or --mixed')
+            raise InputError(f'query {options.query} needs an answer: --say, --prefer and --avoid, --skip, --unsure or --mixed')
         return None
-    if sets and (options.verdict is not None or options.undo or options.retract is not None):
-        raise InputError('--prefer and --avoid are an answer of their own; drop the other one')
+    others = options.verdict is not None or options.undo or options.retract is not None
+    if (sets and others) or (options.say is not None and (sets or others)):
+        name = '--say is an answer of its' if options.say is not None else '--prefer and --avoid are an answer of their'
+        raise InputError(f'{name} own; drop the other one')
     if options.query is None:
         raise InputError('say which query is answered by --query ID; without arguments the open one is shown')
     if not 0 < options.query < 2**64:
@@ -125,9 +130,39 @@ def _act(client: GraphClient, options: argparse.Namespace, said: Answer | None) 
         return _print_reply(client.call(RetractAdvice, 'advise/retract', request, options.wait))
     if said is None:
         return _show(client, options.wait)
+    if options.say is not None:
+        said = _translated(client, said, options)
     if options.preview:
         return _preview(client, said, options.wait)
     return _send(client, said, options.wait)
+
+
+def _translated(client: GraphClient, said: Answer, options: argparse.Namespace) -> Answer:
+    """The directions that the word stands for in the open question.
+
+    Raises:
+        InputError: another question is open, or it offers other words.
+    """
+    client.wait('advise/status', lambda: client.learner, options.wait)
+    if client.learner.query_id != said.query_id:
+        opened = f'query {client.learner.query_id} is open' if client.learner.query_id else 'no query is open now'
+        raise InputError(f'query {said.query_id} is not open; {opened}')
+    query = convert_advice.query_from_msg(client.wait('the query', lambda: client.queries.get(said.query_id), options.wait))
+    option = option_of(options.say, query.options if query else ())
+    return replace(said, preferred=option.preferred, avoided=option.avoided, comment=said.comment or option.label)
+
+
+def option_of(word: str, options: Sequence[AnswerOption]) -> AnswerOption:
+    """The option that a word names: its own word, or that of its meaning (keep-out, fly-through).
+
+    Raises:
+        InputError: none is named so.
+    """
+    for option in options:
+        if word.lower() in (option.word, option.meaning.name.lower().replace('_', '-')):
+            return option
+    offered = f'it offers {" and ".join(option.word for option in options)}' if options else 'answer it by --prefer and --avoid'
+    raise InputError(f"the question has no answer '{word}'; {offered}")
 
 
 def _print_reply(reply: Trigger.Response | RetractAdvice.Response) -> int:

@@ -35,11 +35,12 @@ EPILOG = """examples:
   ./advise ask --ros-args -r __ns:=/drone1        of a learner in a namespace
 
 keys:
+  y, n                         the question's first or second answer, at once: "on purpose", "by accident"
   arrows (or h j k l)          this direction is right
   Shift + arrows (or H J K L)  this direction is wrong; o: all others are
   Enter send   s skip   u unsure   Backspace undo   t take an earlier answer back
   m these cells differ: arrows move, x marks those that go another way, Enter sends; s splits it by itself
-  1-9 map   r how it was flown there   v where it is unsure   ? all keys   q leave
+  1-9 map   r how it was flown there   v where it is unsure, or what is likely to be kept out of   ? all keys   q leave
   Space HOLD   f fly the policy   T take off   G land   R record a demonstration   S stop it   D discard it
 
 Next: when no question is left, T takes off and f flies what was learnt; `./advise answer` shows what was said.

@@ -18,6 +18,7 @@ SEQUENCES: Mapping[bytes, str] = MappingProxyType({
     **{letter: f'prefer {action}' for _, letter, action in _ARROWS},
     **{letter.upper(): f'avoid {action}' for _, letter, action in _ARROWS},
     **{str(layer).encode(): f'layer {layer - 1}' for layer in range(1, 10)},
+    b'y': 'option 0', b'n': 'option 1',
     b'\r': 'send', b'\n': 'send', b's': 'skip', b'u': 'unsure', b'm': 'mixed', b'o': 'others', b'\x7f': 'undo', b'\x08': 'undo',
     b' ': 'hold', b't': 'take back', b'f': 'fly', b'T': 'takeoff', b'G': 'land', b'R': 'record_start', b'S': 'record_stop',
     b'D': 'record_discard', b'x': 'mark', b'v': 'heat', b'r': 'replay', b'?': 'help', b'q': 'quit', b'\x04': 'quit',

@@ -9,6 +9,7 @@ from collections import deque
 import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PoseStamped
+from nav_msgs.msg import OccupancyGrid
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from sensor_msgs.msg import BatteryState
@@ -39,7 +40,7 @@ class GraphListener:
     """Subscribes to what the page shows; everything happens in the thread of the node's executor.
 
     Attributes:
-        board: the sections `map`, `flown`, `policy`, `gains`, `query`, `log`, `learner`, `vehicle`, `flight`,
+        board: the sections `map`, `flown`, `policy`, `gains`, `query`, `site`, `log`, `learner`, `vehicle`, `flight`,
             `battery`, `nodes`, `drone` and `track`, as far as something was heard.
         query: the open question, None while there is none.
         grid: of the session, None before the first message that has one.
@@ -69,6 +70,7 @@ class GraphListener:
         listen(msg.Policy, 'advise/policy', self._on_policy, qos.latched())
         listen(msg.AdviceQuery, 'advise/query', self._on_query, qos.latched())
         listen(msg.Advice, 'advise/advice_log', self._on_advice, qos.ADVICE_LOG)
+        listen(OccupancyGrid, 'advise/site_map', lambda m: self.board.put('site', views.site_view(m)), qos.latched())
         listen(msg.LearnerStatus, 'advise/status', self._on_learner, qos.latched())
         listen(msg.VehicleStatus, 'vehicle_status', lambda m: self.board.put('vehicle', views.vehicle_view(m)), qos.latched())
         listen(msg.FlightStatus, 'policy/status', lambda m: self.board.put('flight', views.flight_view(m)), qos.latched())
@@ -123,6 +125,7 @@ class GraphListener:
     def _on_another_learner(self, first: msg.Policy) -> None:
         """It has been started again: with the same session, or with none."""
         self._settings.forget()
+        self.board.put('site', None)
         if first.log_length == 0:
             self._past.clear()
             self.board.put('log', [])
@@ -149,7 +152,8 @@ class GraphListener:
         self.query = convert_advice.query_from_msg(message)
         self._show_query()
         if self.query is None:
-            self.board.put('query', {'id': 0, 'question': message.question, 'states': [], 'moments': []})
+            nothing = {'states': [], 'moments': [], 'disputed': [], 'options': []}
+            self.board.put('query', {'id': 0, 'question': message.question, **nothing})
 
     def _show_query(self) -> None:
         if self.query is not None and self.grid is not None:

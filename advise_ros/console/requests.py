@@ -267,5 +267,7 @@ def _preview_reply(response: PreviewAnswer.Response) -> Reply:
         'after': [int(state) for state in response.route_after],
         'reaches': [response.reaches_goal_before, response.reaches_goal_after],
         'success': [response.expected_success_before, response.expected_success_after],
+        'keepOut': [int(share) for share in response.keep_out_after],
+        'entered': [[int(cell) for cell in cells] for cells in (response.entered_before, response.entered_after)],
         'seconds': response.solve_s,
     }

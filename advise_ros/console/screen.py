@@ -18,13 +18,19 @@ from advise_ros.ros import calls
 
 FLIES, FLOWN = '▲▶▼◀', '↑→↓←'
 ASKED, CHANGED, WALL = 'black on #f5c451', 'black on #7fdcb8', 'on #555555'
-PART, MOMENT, CURSOR = 'black on #7cc4ee', 'black on #56b4e9', 'reverse bold'
+PART, MOMENT, CURSOR, DISPUTED = 'black on #7cc4ee', 'black on #56b4e9', 'reverse bold', 'bold black on #ff9a6c'
 # From sure to unsure, a tenth a step.
 HEAT = [f'black on #{255 - 13 * step:02x}{255 - 16 * step:02x}{255 - 6 * step:02x}' for step in range(10)]
+# From free to kept out of, likewise.
+SITE = ['', *(f'black on #{255 - 3 * step:02x}{240 - 14 * step:02x}{235 - 17 * step:02x}' for step in range(1, 10))]
+# The keys of the answers of one gesture.
+OPTION_KEYS = 'yn'
 KEYS = (
     'arrows: right   Shift+arrows: wrong   Enter: send   s: skip   u: unsure   m: these cells differ   Backspace: undo   '
     'Space: HOLD   ?: all keys   q: leave'
 )
+OPTION_HELP = 'y, n: answer at once   '
+
 ALL_KEYS = (
     'arrows (or h j k l): right   Shift+arrows (H J K L): wrong   o: all others wrong   Enter: send   s: skip   u: unsure   '
     'm: these cells differ (x marks)   Backspace: undo   t: take an earlier answer back   1-9: map   r: how it was flown   '
@@ -49,9 +55,11 @@ def screen(sections: Mapping[str, Section], sitting: TerminalSession, service: s
     parts += [Text(f'! {line}', style='bold red') for line in _troubles(shown)]
     if sitting.note:
         parts.append(Text(sitting.note, style='bold'))
-    parts.append(Text(ALL_KEYS if sitting.help else KEYS, style='dim'))
+    gestures = OPTION_HELP if query.get('options') else ''
+    parts.append(Text(gestures + (ALL_KEYS if sitting.help else KEYS), style='dim'))
     if query['id']:
-        parts.append(Text(calls.how_to_answer(service, namespace, query['id']), style='dim'))
+        words = [option['word'] for option in query['options']]
+        parts.append(Text(calls.how_to_answer(service, namespace, query['id'], words), style='dim'))
     return Group(*parts)
 
 
@@ -68,7 +76,7 @@ def _status(shown: Mapping[str, Any]) -> Text:
     if graph and not graph.get('learner'):
         out.append(' · THE LEARNER IS SILENT, answers are kept', style='bold red')
     if learner.get('enough'):
-        out.append(' · enough advice')
+        out.append(f' · I would fly it now (nothing is worth {learner["least"]:g} {learner["unit"]} any more)')
     return out
 
 
@@ -90,7 +98,7 @@ def _map(shown: Mapping[str, Any], sitting: TerminalSession) -> RenderableType:
     asked = {state % size for state in shown.get('query', {}).get('states', []) if state // size == layer}
     preview = sitting.preview if sitting.preview and sitting.preview['ok'] else {'changed': [], 'actions': []}
     changed = {s % size: a for s, a in zip(preview['changed'], preview['actions'], strict=True) if s // size == layer}
-    look = Look(shown, layer, asked, changed, _moment(shown, sitting, layer), sitting)
+    look = Look(shown, layer, asked, changed, _moment(shown, sitting, layer), _ways(shown, layer), sitting)
     out = Text()
     for y in reversed(range(grid['height'])):
         for cell in range(y * grid['width'], (y + 1) * grid['width']):
@@ -98,8 +106,12 @@ def _map(shown: Mapping[str, Any], sitting: TerminalSession) -> RenderableType:
             out.append(words, style=style)
         out.append('\n')
     out.append('# asked  → flown  ▶ would fly\n* would change  X wall  @ drone', style='dim')
+    if shown.get('query', {}).get('options'):
+        out.append('\n? in dispute  y, n: only the way after that answer', style='dim')
     if sitting.heat:
         out.append('\n0 sure … 9 unsure', style='dim')
+    elif shown.get('site'):
+        out.append('\n1 … 9 tenths likely to be kept out of (v: where it is unsure)', style='dim')
     if sitting.moment >= 0:
         moments = shown['query']['moments']
         out.append(f'\n1 2 3 … {moments[sitting.moment]["id"]} ({sitting.moment + 1} of {len(moments)})', style='dim')
@@ -111,6 +123,7 @@ class Look(NamedTuple):
 
     Attributes:
         asked, changed, moment: cells of the question, cell -> action of the preview, cell -> place in a flown moment.
+        ways: cell -> key of the answer after which alone the drone would fly there.
     """
 
     shown: Mapping[str, Any]
@@ -118,6 +131,7 @@ class Look(NamedTuple):
     asked: set[int]
     changed: Mapping[int, int]
     moment: Mapping[int, int]
+    ways: Mapping[int, str]
     sitting: TerminalSession
 
 
@@ -129,8 +143,18 @@ def _moment(shown: Mapping[str, Any], sitting: TerminalSession, layer: int) -> d
     return {cell: step for step, cell in enumerate(moments[sitting.moment]['cells'], start=1)}
 
 
+def _ways(shown: Mapping[str, Any], layer: int) -> dict[int, str]:
+    """Cell -> key of the answer after which alone the drone would fly there, in one layer."""
+    size = shown['map']['width'] * shown['map']['height']
+    options = shown.get('query', {}).get('options', [])
+    ways = [{state % size for state in option['route'] if state // size == layer} for option in options]
+    return {
+        cell: key for key, way, others in zip(OPTION_KEYS, ways, reversed(ways), strict=False) for cell in way - others
+    }
+
+
 def _cell(look: Look, cell: int) -> tuple[str, str]:
-    """Five characters: mark, waypoint, flown, would fly, how unsure; and their colours."""
+    """Five characters: mark, waypoint, flown, would fly, how unsure or how likely to be kept out of; and their colours."""
     shown, grid = look.shown, look.shown['map']
     if cell in grid['blocked']:
         return '  X  ', WALL
@@ -141,10 +165,10 @@ def _cell(look: Look, cell: int) -> tuple[str, str]:
     flies = FLIES[action] if action >= 0 and not over else ' '
     flown = LEVELS[min(look.moment[cell], len(LEVELS) - 1)] if cell in look.moment else _flown(shown, state)
     sign, style = _mark(look, cell, state)
-    unsure = _unsure(look, state)
-    if unsure and style in ('', ASKED):
-        style = HEAT[int(unsure)]
-    return f'{sign}{number}{flown}{flies}{unsure or " "}', style
+    tenths = _unsure(look, state) or _kept_out(look, cell)
+    if tenths and style in ('', ASKED):
+        style = (HEAT if look.sitting.heat else SITE)[int(tenths)]
+    return f'{sign}{number}{flown}{flies}{tenths or " "}', style
 
 
 def _mark(look: Look, cell: int, state: int) -> tuple[str, str]:
@@ -154,7 +178,8 @@ def _mark(look: Look, cell: int, state: int) -> tuple[str, str]:
         (drawing is not None and (drawing.layer, drawing.cell) == (look.layer, cell), '+', CURSOR),
         (drawing is not None and state in drawing.part, '%', PART),
         (cell == _drone_cell(look.shown), '@', ''), (cell in look.moment, ' ', MOMENT),
-        (cell in look.changed, '*', CHANGED), (cell in look.asked, '#', ASKED),
+        (cell in look.shown.get('query', {}).get('disputed', ()), '?', DISPUTED), (cell in look.changed, '*', CHANGED),
+        (cell in look.ways, look.ways.get(cell, ''), ''), (cell in look.asked, '#', ASKED),
     )
     found = [(sign, style) for holds, sign, style in marks if holds]
     sign = found[0][0] if found else ' '
@@ -165,6 +190,14 @@ def _unsure(look: Look, state: int) -> str:
     if not look.sitting.heat or 'policy' not in look.shown:
         return ''
     return str(9 * LEVELS.index(look.shown['policy']['unsure'][state]) // (len(LEVELS) - 1))
+
+
+def _kept_out(look: Look, cell: int) -> str:
+    """Tenths of probability, nothing below one."""
+    site = look.shown.get('site')
+    if look.sitting.heat or not site or site['keepOut'][cell] < 10:
+        return ''
+    return str(min(site['keepOut'][cell] // 10, 9))
 
 
 def _flown(shown: Mapping[str, Any], state: int) -> str:
@@ -188,12 +221,21 @@ def _drone_cell(shown: Mapping[str, Any]) -> int:
 def _answer(shown: Mapping[str, Any], sitting: TerminalSession) -> RenderableType:
     if not shown.get('query', {}).get('id'):
         return Text('Nothing to answer now.')
-    out, preview = Text(sitting.sentence + '\n', style='bold'), sitting.preview
+    out, preview = Text(), sitting.preview
+    for key, option in zip(OPTION_KEYS, shown['query']['options'], strict=False):
+        out.append(f' {key} ', style='reverse bold')
+        out.append(f' {option["label"]}\n\n', style='bold')
+    if shown['query']['options']:
+        out.append(f'The answer is expected to save {shown["query"]["worth"]:.1f} steps.\n\n')
+    out.append(sitting.sentence + '\n', style='bold')
     if preview is not None and not preview['ok']:
         out.append(preview['message'] + '\n', style='red')
     elif preview is not None:
         before, after = (PERCENT * share for share in preview['success'])
         out.append(f'{len(preview["changed"])} cells would change; expected success {before:.0f} % -> {after:.0f} %\n')
+        if preview.get('keepOut'):
+            entered = [len(cells) for cells in preview['entered']]
+            out.append(f'cells likely to be kept out of that the route enters: {entered[0]} -> {entered[1]}\n')
     for advice in preview.get('contradicts', []) if preview else []:
         said = next((views.in_words(entry) for entry in shown.get('log', []) if entry['id'] == advice), '')
         out.append(f'! contradicts answer {advice} ({said}); t takes it back\n', style='bold red')

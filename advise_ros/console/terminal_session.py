@@ -52,7 +52,7 @@ class TerminalSession:
         self.drawing: Drawing | None = None
         self.moment = -1
         self._grid: Mapping[str, Any] | None = None
-        self._query: Mapping[str, Any] = {'id': 0, 'states': [], 'moments': []}
+        self._query: Mapping[str, Any] = {'id': 0, 'states': [], 'moments': [], 'options': []}
         self._log: list[Mapping[str, Any]] = []
         self._pending: list[tuple[str, Promise[Reply]]] = []
         self._previewing: Promise[Reply] | None = None
@@ -67,6 +67,8 @@ class TerminalSession:
         """The answer so far in words."""
         if self.drawing is not None:
             return self.drawing.sentence
+        if not self.preferred and self._query['options']:
+            return 'y or n answers at once; or name directions for the cells marked # (arrow keys).'
         if not self.preferred:
             return 'Which direction is right in the marked cells? (arrow keys)'
         right, wrong = (' and '.join(Action(action).name for action in actions) for actions in (self.preferred, self.wrong))
@@ -107,6 +109,8 @@ class TerminalSession:
             self._arrow(word, int(number))
         elif word == 'layer':
             self._go_to(int(number))
+        elif word == 'option':
+            self._choose(int(number))
         elif meant in VERDICTS:
             self._answer(meant)
         elif meant in ACTS:
@@ -136,6 +140,16 @@ class TerminalSession:
             self._send(Verdict.SPLIT if meant == 'send' else Verdict.MIXED)
         else:
             self.drawing = None
+
+    def _choose(self, index: int) -> None:
+        """The answer of one gesture: what it stands for is sent at once."""
+        options = self._query['options']
+        if index >= len(options):
+            self.note = 'This question has no yes or no: name directions.' if self._query['id'] else 'Nothing is asked now.'
+            return
+        given = {**self._given(Verdict.ANSWER), **{name: options[index][name] for name in ('preferred', 'avoided')}}
+        self.preferred, self.avoided, self.preview, self.drawing = (), (), None, None
+        self._deliver({**given, 'comment': options[index]['label']})
 
     def _draw(self) -> None:
         if self._query['id'] and self._grid is not None:
@@ -200,9 +214,12 @@ class TerminalSession:
         if not self._query['id'] or (verdict is Verdict.ANSWER and not self.preferred):
             self.note = 'Choose a right direction first.' if self._query['id'] else 'Nothing is asked now.'
             return
-        self.note = 'On its way; it is kept while the learner is away.'
-        self._begin('Your answer', self._desk.act('answer', self._given(verdict)))
+        self._deliver(self._given(verdict))
         self.drawing = None
+
+    def _deliver(self, given: dict[str, Any]) -> None:
+        self.note = 'On its way; it is kept while the learner is away.'
+        self._begin('Your answer', self._desk.act('answer', given))
 
     def _undo(self) -> None:
         if self.drawing is not None:

@@ -8,10 +8,11 @@ from itertools import groupby
 from typing import Any
 
 import numpy as np
+from nav_msgs.msg import OccupancyGrid
 
 from advise_msgs import msg
 from advise_ros.config import PolicyConfig
-from advise_ros.core.advice.advice import AdviceRecord, Query, Verdict
+from advise_ros.core.advice.advice import AdviceRecord, AnswerOption, Query, Verdict
 from advise_ros.core.demonstrations.demonstration import Counts, Demonstration, count
 from advise_ros.core.grid.grid import N_ACTIONS, Grid
 from advise_ros.core.irl.settings import LearnSettings
@@ -87,7 +88,20 @@ def query_view(query: Query, moments: list[View]) -> View:
         'disagree': query.disagreement / math.log(N_ACTIONS), 'scarce': query.scarcity / math.log(N_ACTIONS),
         'unsure': query.policy_uncertainty / math.log(N_ACTIONS),
         'before': list(query.answered_before), 'budget': query.budget_left, 'moments': moments,
+        'disputed': list(query.disputed), 'worth': query.worth, 'options': [_option_view(option) for option in query.options],
     }
+
+
+def _option_view(option: AnswerOption) -> View:
+    return {
+        'meaning': int(option.meaning), 'word': option.word, 'label': option.label,
+        'preferred': list(option.preferred), 'avoided': list(option.avoided), 'route': list(option.route),
+    }
+
+
+def site_view(message: OccupancyGrid) -> View:
+    """Probability of each cell that the person wants it kept out of [%]; -1 where it is blocked."""
+    return {'keepOut': [int(share) for share in message.data]}
 
 
 def moments_of(query: Query, grid: Grid, demonstrations: Iterable[Demonstration]) -> list[View]:
@@ -148,7 +162,8 @@ def learner_view(status: msg.LearnerStatus) -> View:
         'budget': int(status.budget_left), 'seconds': float(status.solve_s),
         'contradictions': [int(number) for number in status.contradictions],
         'message': status.message.splitlines()[0] if status.message else '',
-        'enough': status.enough_advice, 'doubt': float(status.doubt_left),
+        'enough': status.enough_advice, 'doubt': float(status.doubt_left), 'least': float(status.enough),
+        'unit': status.worth_unit,
     }
 
 

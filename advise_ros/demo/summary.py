@@ -21,7 +21,7 @@ from advise_ros.core.planning.rollout import Rollout, optimal_table, rollout
 from advise_ros.demo.options import DemoSites
 from advise_ros.demo.story import KINDS, DemoFlight, DemoPolicy, DemoSession
 from advise_ros.report import pictures
-from advise_ros.ros import convert
+from advise_ros.ros import convert, convert_advice
 
 PERCENT = 100.0
 
@@ -283,9 +283,10 @@ def _asked_pictures(session: DemoSession, records: Sequence[AdviceRecord]) -> di
     for record in records:
         query = session.queries.get(record.query_id)
         policy = session.policies.get(query.policy_version) if query else None
-        if query is not None and policy is not None:
+        asked = convert_advice.query_from_msg(query) if query else None
+        if query is not None and policy is not None and asked is not None:
             picture = pictures.question_figure(
-                convert.grid_from_msg(query.grid), tuple(query.states), np.array(policy.greedy), session.demonstrations,
+                convert.grid_from_msg(query.grid), asked, np.array(policy.greedy), session.demonstrations,
             )
             seen[_picture_name(record)] = pictures.to_svg(picture)
     return seen

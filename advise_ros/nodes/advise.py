@@ -289,10 +289,9 @@ class AdviseNode(Node):
     def _question(self) -> str:
         query = self._session.query
         if query is None:
-            return convert_advice.nothing_to_ask(
-                self._session.budget_left, self._learned is not None and self._learned.enough_advice,
-            )
-        how = calls.how_to_answer(self.resolve_service_name('advise/answer'), self.get_namespace(), query.query_id)
+            return convert_advice.nothing_to_ask(self._learned, self._session.budget_left)
+        words = [option.word for option in query.options]
+        how = calls.how_to_answer(self.resolve_service_name('advise/answer'), self.get_namespace(), query.query_id, words)
         return f'{query.question}\n{how}'
 
     def _status(self, phase: int, text: str) -> Status:
@@ -306,6 +305,7 @@ class AdviseNode(Node):
             solve_s=self._solve_s, objective=learned.objective if learned else 0.0,
             doubt_left=learned.doubt_left if learned else 0.0, enough_advice=learned is not None and learned.enough_advice,
             contradictions=list(learned.contradictions) if learned else [], message=text,
+            enough=learned.least_worth if learned else 0.0, worth_unit=learned.worth_unit if learned else '',
         )
 
 

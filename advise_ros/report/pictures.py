@@ -13,6 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
+from advise_ros.core.advice.advice import Query
 from advise_ros.core.demonstrations.demonstration import Demonstration, count
 from advise_ros.core.grid.grid import ACTION_STEP, Grid
 
@@ -26,6 +27,7 @@ ARROW_CELLS = 0.44
 SHORTEST_ARROW_CELLS = 0.03
 # Probability of keep-out from which on a cell is coloured.
 SHOWN_FROM = 0.05
+ROUTE_STYLES = ('-', '--')
 
 
 @dataclass(frozen=True)
@@ -207,9 +209,13 @@ def site_figure(panels: Sequence[SitePanel]) -> Figure:
 
 
 def question_figure(
-    grid: Grid, states: Sequence[int], greedy: npt.NDArray[np.uint8], demonstrations: Sequence[Demonstration],
+    grid: Grid, query: Query, greedy: npt.NDArray[np.uint8], demonstrations: Sequence[Demonstration],
 ) -> Figure:
-    """What a person is shown of a question: its cells lit, what was flown, and what the policy of that time would do."""
+    """What a person is shown of a question: its cells lit, what was flown, and what the policy of that time would do.
+
+    Where it decides about a site: the cells in dispute, and the routes after either answer (dashed: it may fly through).
+    """
+    states = query.states
     layers = sorted({grid.next_waypoint(state) for state in states})
     taken = count(grid, demonstrations).taken
     flown = taken / np.maximum(taken.sum(axis=1, keepdims=True), 1)
@@ -219,8 +225,27 @@ def question_figure(
         draw_cells(axes, grid, layer, lambda state: LIT if state in states else None)
         draw_arrows(axes, grid, layer, flown, BLUE)
         draw_arrows(axes, grid, layer, 0.45 * one_hot(greedy, flown.shape[1]), 'black')
-        axes.set_title(f'to waypoint {layer + 1}: lit is asked about,\nblue was flown, black would be flown', fontsize=7)
+        for cell in query.disputed:
+            axes.add_patch(Rectangle(grid.xy(cell), 1, 1, fill=False, hatch='///', edgecolor=VERMILION, linewidth=1.2, zorder=3))
+        for option, style in zip(query.options, ROUTE_STYLES, strict=False):
+            draw_route(axes, grid, layer, option.route, style)
+        axes.set_title(f'to waypoint {layer + 1}: {_shown(query)},\nblue was flown, black would be flown', fontsize=7)
     return figure
+
+
+def _shown(query: Query) -> str:
+    if not query.options:
+        return 'lit is asked about'
+    keep, through = (option.label.split(':')[0] for option in query.options)
+    return f'hatched is in dispute;\npurple: after "{keep}", dashed: after "{through}"'
+
+
+def draw_route(axes: Axes, grid: Grid, layer: int, route: Sequence[int], style: str) -> None:
+    """The part of a route of states that lies in one layer, up to its waypoint."""
+    cells = [grid.cell_of(state) for state in route if grid.next_waypoint(state) == layer]
+    if cells:
+        columns, rows = np.transpose([grid.xy(cell) for cell in [*cells, grid.waypoints[layer]]])
+        axes.plot(columns + 0.5, rows + 0.5, color='#5b2fb0', linestyle=style, linewidth=2.2, alpha=0.8, zorder=5)
 
 
 def success_figure(rows: Sequence[tuple[str, float, float, float]]) -> Figure:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from advise_ros.core.advice.advice import Answer, Verdict
 from advise_ros.core.grid.grid import Action
 
@@ -14,19 +16,25 @@ def service_call(service: str, query_id: int) -> str:
     return f'ros2 service call {service} advise_msgs/srv/AnswerQuery "{request}"'
 
 
-def answer_command(namespace: str, query_id: int) -> str:
+def answer_command(namespace: str, query_id: int, said: str = '--prefer east --avoid north,south,west') -> str:
     """The `./advise answer` line; `namespace` is the learner's."""
     tail = '' if namespace == '/' else f' --ros-args -r __ns:={namespace}'
-    return f'./advise answer --query {query_id} --prefer east --avoid north,south,west{tail}'
+    return f'./advise answer --query {query_id} {said}{tail}'
 
 
-def how_to_answer(service: str, namespace: str, query_id: int) -> str:
-    """Both lines, as a person needs them."""
-    return '\n'.join((
-        f'To answer query {query_id} ({EXAMPLE}):',
-        f'  {service_call(service, query_id)}',
-        f'  {answer_command(namespace, query_id)}',
-    ))
+def how_to_answer(service: str, namespace: str, query_id: int, words: Sequence[str] = ()) -> str:
+    """The lines to type: one for each answer of one word, and those that name directions.
+
+    Args:
+        service: resolved name.
+        namespace: of the learner.
+        query_id: of the question.
+        words: of its options.
+    """
+    directions = service_call(service, query_id), answer_command(namespace, query_id)
+    head = f'To answer query {query_id}{" by directions" if words else ""} ({EXAMPLE}):'
+    by_word = [f'To answer query {query_id}:', *(f'  {answer_command(namespace, query_id, f"--say {word}")}' for word in words)]
+    return '\n'.join((*(by_word if words else ()), head, *(f'  {line}' for line in directions)))
 
 
 def cannot_hold(contradictions: tuple[int, ...]) -> str:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from advise_msgs import msg, srv
-from advise_ros.core.advice.advice import AdviceRecord, Answer, Outcome, Query, Verdict
+from advise_ros.core.advice.advice import AdviceRecord, Answer, AnswerOption, Meaning, Outcome, Query, Verdict
 from advise_ros.core.grid.grid import Action, Grid
 from advise_ros.core.units import MAP_FRAME
 from advise_ros.ros.convert import grid_to_msg, stamp_from_ns
@@ -47,7 +47,24 @@ def query_to_msg(query: Query, grid: Grid, stamp_ns: int) -> msg.AdviceQuery:
     out.answered_before = list(query.answered_before)
     out.budget_left = query.budget_left
     out.question = query.question
+    out.disputed, out.worth = list(query.disputed), float(np.float32(query.worth))
+    out.options = [_option_to_msg(option) for option in query.options]
     return out
+
+
+def _option_to_msg(option: AnswerOption) -> msg.AnswerOption:
+    return msg.AnswerOption(
+        meaning=int(option.meaning), word=option.word, label=option.label,
+        preferred=list(option.preferred), avoided=list(option.avoided), route=list(option.route),
+    )
+
+
+def _option_from_msg(option: msg.AnswerOption) -> AnswerOption:
+    return AnswerOption(
+        Meaning(option.meaning), option.word, option.label, *(
+            tuple(int(number) for number in numbers) for numbers in (option.preferred, option.avoided, option.route)
+        ),
+    )
 
 
 def no_query_to_msg(learned: Learned, budget_left: int, stamp_ns: int) -> msg.AdviceQuery:
@@ -55,13 +72,20 @@ def no_query_to_msg(learned: Learned, budget_left: int, stamp_ns: int) -> msg.Ad
     out = _query_frame(learned.grid, learned.version, stamp_ns)
     out.demonstrated = out.policy = [0.0] * len(ACTION_NAMES)
     out.budget_left = budget_left
-    out.question = nothing_to_ask(budget_left, learned.enough_advice)
+    out.question = nothing_to_ask(learned, budget_left)
     return out
 
 
-def nothing_to_ask(budget_left: int, enough: bool = False) -> str:
-    if enough:
-        return 'There is enough advice: no open question is worth asking any more.'
+def nothing_to_ask(learned: Learned | None, budget_left: int) -> str:
+    """Why no question is open, in a sentence or two.
+
+    Args:
+        learned: the newest result; None: nothing was learnt yet.
+        budget_left: answers, -1 unlimited.
+    """
+    if learned is not None and learned.enough_advice:
+        least = f'{learned.least_worth:g} {learned.worth_unit}'
+        return f'I would fly it now: no question is worth an answer any more (each less than {least}).'
     return 'The budget of answers is spent.' if budget_left == 0 else 'There is nothing left to ask.'
 
 
@@ -89,6 +113,8 @@ def query_from_msg(query: msg.AdviceQuery) -> Query | None:
         answered_before=tuple(int(state) for state in query.answered_before),
         budget_left=int(query.budget_left), question=query.question,
         disagreement=float(query.disagreement), scarcity=float(query.scarcity),
+        disputed=tuple(int(cell) for cell in query.disputed), worth=float(query.worth),
+        options=tuple(_option_from_msg(option) for option in query.options),
     )
 
 

@@ -48,8 +48,12 @@ def _map(grid: Grid, shares: npt.NDArray[np.float64], stamp_ns: int) -> Occupanc
     out.header.frame_id, out.header.stamp = MAP_FRAME, stamp_from_ns(stamp_ns)
     out.info = grid_to_msg(grid).info
     out.info.origin.position.z = grid.altitude_m
-    # The small term keeps float noise from moving a value that lies on a rounding border.
-    cells = np.floor(np.clip(shares, 0.0, 1.0) * FULL + 0.5 + 1e-6).astype(np.int8)
+    cells = percent(shares)
     cells[list(grid.blocked)] = BLOCKED
     out.data = cells.tolist()
     return out
+
+
+def percent(shares: npt.NDArray[np.float64]) -> npt.NDArray[np.int8]:
+    """Shares as whole per cent; a small term keeps float noise from moving a value that lies on a rounding border."""
+    return np.floor(np.clip(shares, 0.0, 1.0) * FULL + 0.5 + 1e-6).astype(np.int8)

@@ -1,15 +1,20 @@
-"""RViz markers: the question's cells lit, the policy's arrows of its layers, the waypoints numbered; the drone's track."""
+"""RViz markers: the question's cells lit, the policy's arrows of its layers, the waypoints numbered; the drone's track.
+
+With acquisition `site` also the cells in dispute, and the route after either answer: whole where it keeps out of them,
+dashed where it may fly through.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from geometry_msgs.msg import Point
 from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import Marker, MarkerArray
 
-from advise_ros.core.advice.advice import Query
+from advise_ros.core.advice.advice import AnswerOption, Meaning, Query
 from advise_ros.core.grid.grid import ACTION_STEP, Grid
 from advise_ros.core.units import MAP_FRAME
 from advise_ros.ros.convert import stamp_from_ns
@@ -22,9 +27,12 @@ LAYER_COLOURS = ((0.90, 0.62, 0.0), (0.34, 0.71, 0.91), (0.0, 0.62, 0.45), (0.80
 WHITE = (1.0, 1.0, 1.0)
 GREY = (0.35, 0.35, 0.35)
 TRACK_COLOUR = (0.84, 0.37, 0.0)
+DISPUTED_COLOUR = (0.84, 0.37, 0.0)
+ROUTE_COLOUR = (0.0, 0.8, 0.55)
 # Layers are drawn above each other, this share of a cell apart.
 LAYER_GAP = 0.08
 TRACK_WIDTH_M = 0.08
+ROUTE_WIDTH_CELLS = 0.08
 
 
 def question_markers(learned: Learned, query: Query | None, stamp_ns: int) -> MarkerArray:
@@ -33,6 +41,8 @@ def question_markers(learned: Learned, query: Query | None, stamp_ns: int) -> Ma
     layers = sorted({grid.next_waypoint(state) for state in query.states}) if query else list(range(grid.n_layers))
     markers = [Marker(action=Marker.DELETEALL)]
     markers += [_lit(grid, layer, query.states) for layer in layers] if query else []
+    markers += [_disputed(grid, layers[0], query.disputed)] if query and query.disputed else []
+    markers += [_route(grid, layers[0], option) for option in query.options] if query else []
     markers += [_arrows(learned, layer) for layer in layers]
     markers += [_blocked(grid)] if grid.blocked else []
     for index in range(grid.n_layers):
@@ -63,6 +73,33 @@ def _lit(grid: Grid, layer: int, states: Iterable[int]) -> Marker:
     out.scale.z = 0.02 * grid.resolution_m
     out.points = [_centre(grid, grid.cell_of(s), layer) for s in states if grid.next_waypoint(s) == layer]
     return out
+
+
+def _disputed(grid: Grid, layer: int, cells: Iterable[int]) -> Marker:
+    """Cells that the answer decides to keep out of, as low blocks."""
+    out = _marker('disputed', layer, Marker.CUBE_LIST, _colour(DISPUTED_COLOUR, 0.6))
+    out.scale.x = out.scale.y = 0.6 * grid.resolution_m
+    out.scale.z = 0.15 * grid.resolution_m
+    out.points = [_centre(grid, cell, layer) for cell in cells]
+    return out
+
+
+def _route(grid: Grid, layer: int, option: AnswerOption) -> Marker:
+    """The route in one layer that is expected after an answer: a line, or dashes that end half-way to the next cell."""
+    keeps_out = option.meaning is Meaning.KEEP_OUT
+    name = f'route_{option.meaning.name.lower()}'
+    out = _marker(name, layer, Marker.LINE_STRIP if keeps_out else Marker.LINE_LIST, _colour(ROUTE_COLOUR, 0.95))
+    out.scale.x = ROUTE_WIDTH_CELLS * grid.resolution_m
+    cells = [grid.cell_of(state) for state in option.route if grid.next_waypoint(state) == layer]
+    points = [_centre(grid, cell, layer) for cell in [*cells, grid.waypoints[layer]]] if cells else []
+    for point in points:
+        point.z += 0.06 * grid.resolution_m
+    out.points = points if keeps_out else [end for a, b in pairwise(points) for end in (a, _half_way(a, b))]
+    return out
+
+
+def _half_way(a: Point, b: Point) -> Point:
+    return Point(x=(a.x + b.x) / 2, y=(a.y + b.y) / 2, z=(a.z + b.z) / 2)
 
 
 def _arrows(learned: Learned, layer: int) -> Marker:

@@ -9,14 +9,18 @@ import numpy as np
 from advise_msgs.srv import PreviewAnswer
 from advise_ros.config import PolicyConfig
 from advise_ros.core.advice.advice import Code, Outcome
+from advise_ros.core.grid.grid import Grid
 from advise_ros.core.irl.program import EXACT
 from advise_ros.core.learning.learner import Learned
 from advise_ros.core.learning.session import Work
+from advise_ros.core.numerics import Floats
 from advise_ros.core.planning.rollout import Rollout, expected_success, rollout, step_budget
-from advise_ros.ros import calls
+from advise_ros.ros import calls, maps
 
 # As the policy node flies by default.
 BUDGET_FACTOR = PolicyConfig.step_budget_factor
+# A cell is likely to be kept out of from this probability on.
+LIKELY = 0.5
 
 
 def fill_refused(response: PreviewAnswer.Response, outcome: Outcome) -> PreviewAnswer.Response:
@@ -52,7 +56,25 @@ def fill_preview(response: PreviewAnswer.Response, before: Learned, after: Learn
     response.reaches_goal_before, response.reaches_goal_after = route_before.reached, route_after.reached
     response.expected_success_before, response.expected_success_after = _success(before), _success(after)
     response.solve_s = solve_s
-    response.message = _in_words(len(changed), route_before, route_after, after)
+    parts = [_changed(len(changed)), _reaching(route_before, route_after)]
+    if after.keep_out is not None:
+        _fill_site(response, after.grid, after.keep_out, route_before, route_after)
+        parts.append(_entering(response))
+    response.message = '; '.join([*parts, *_against(after.contradictions), *_roughly(after.gap)]) + '.'
+
+
+def _fill_site(response: PreviewAnswer.Response, grid: Grid, keep_out: Floats, before: Rollout, after: Rollout) -> None:
+    """What each route enters, by what would be believed after the answer."""
+    response.keep_out_after = maps.percent(keep_out).tolist()
+    for name, flown in (('before', before), ('after', after)):
+        cells = [grid.cell_of(state) for state in flown.states[1:]]
+        setattr(response, f'entered_{name}', [cell for cell in cells if keep_out[cell] >= LIKELY])
+        setattr(response, f'expected_entries_{name}', float(np.float32(keep_out[cells].sum())))
+
+
+def _entering(response: PreviewAnswer.Response) -> str:
+    before, after = len(response.entered_before), len(response.entered_after)
+    return f'it would enter {after} cell{"s" if after != 1 else ""} that you likely want kept out of, today\'s route {before}'
 
 
 def _route(learned: Learned) -> Rollout:
@@ -64,10 +86,8 @@ def _success(learned: Learned) -> float:
     return expected_success(learned.grid, learned.greedy, learned.settings.slip, BUDGET_FACTOR)
 
 
-def _in_words(n_changed: int, before: Rollout, after: Rollout, learned: Learned) -> str:
-    changed = f'{n_changed} state{"s" if n_changed != 1 else ""} would get another action'
-    parts = changed, _reaching(before, after), *_against(learned.contradictions), *_roughly(learned.gap)
-    return '; '.join(parts) + '.'
+def _changed(number: int) -> str:
+    return f'{number} state{"s" if number != 1 else ""} would get another action'
 
 
 def _reaching(before: Rollout, after: Rollout) -> str:

@@ -11,6 +11,8 @@ import { ANSWER, CONTRADICTION, MIXED, SKIP, SPLIT, UNSURE, assumed, count, list
 
 const PREVIEW_AFTER_MS = 250, LOOK_MS = 100, STALE_MS = 4000, NOTE_MS = 12000, TRACK_POINTS = 300;
 const MOMENT_CELLS_A_SECOND = 3.5;
+// Per cent from which on a cell is likely to be kept out of.
+const LIKELY = 50;
 const CALM = matchMedia('(prefers-reduced-motion: reduce)');
 
 export default {
@@ -21,13 +23,18 @@ export default {
     return {
       s: {}, up: false, met: false, stale: false, people: 1, kept: [], preferred: [], avoided: [], comment: '', by: localStorage.getItem('advise-name') || '',
       theme: localStorage.getItem('advise-theme') || 'auto', systemDark: matchMedia('(prefers-color-scheme: dark)').matches,
-      layer: 0, show: { unsure: false, flown: true, policy: true, route: true }, preview: null, previewing: false, clash: null, note: null,
-      drawing: false, part: new Set(), cursor: -1, looked: null, replaying: -1, help: false, sent: 0,
+      layer: 0, show: { unsure: false, keepOut: true, flown: true, policy: true, route: true }, preview: null, previewing: false, clash: null, note: null,
+      considered: -1, named: false, drawing: false, part: new Set(), cursor: -1, looked: null, replaying: -1, help: false, sent: 0,
     };
   },
   computed: {
     map() { return this.s.map; },
     query() { return this.s.query && this.s.query.id ? this.s.query : null; },
+    // Answers of one gesture, the one that keeps out first.
+    options() { return this.query?.options || []; },
+    // Directions are named: the cells that they are for are marked.
+    byDirections() { return !this.options.length || this.named || this.drawing || this.preferred.length > 0 || this.avoided.length > 0; },
+    entersNow() { const likely = this.s.site?.keepOut; return likely && this.s.policy ? this.s.policy.route.filter((state) => likely[state % likely.length] >= LIKELY).length : -1; },
     learner() { return this.s.learner || { phase: 'waiting', message: 'No learner is heard yet.', contradictions: [] }; },
     sending() { return Boolean(this.query) && this.sent === this.query.id; },
     open() { return Boolean(this.query) && this.learner.phase !== 'learning' && !this.answered; },
@@ -37,6 +44,7 @@ export default {
     assumedWrong() { return this.avoided.length || !this.preferred.length ? [] : assumed(this.preferred); },
     isReady() { return this.drawing ? this.part.size > 0 && this.part.size < this.query?.states.length : this.preferred.length > 0 && this.wrong.length > 0; },
     sentence() {
+      if (!this.byDirections) return '';
       if (this.drawing) return this.part.size ? `You say: ${this.part.size} of ${count(this.query.states.length, 'cell')} ${this.part.size > 1 ? 'go' : 'goes'} another way than the rest.` : 'Mark the cells that go another way than the rest.';
       if (!this.preferred.length) return this.avoided.length ? `You say: ${names(this.avoided)} ${this.avoided.length > 1 ? 'are' : 'is'} wrong. Which direction is right?` : 'Which direction is right in the marked cells?';
       return `You say: ${names(this.preferred)} ${this.preferred.length > 1 ? 'are' : 'is'} right, ${names(this.wrong)} ${this.wrong.length > 1 ? 'are' : 'is'} wrong.`;
@@ -51,7 +59,10 @@ export default {
       const text = (this.s.query ? this.s.query.question : this.learner.message).replaceAll(' %', '\u00a0%'), at = text.lastIndexOf('. ');
       return at > 0 && text.endsWith('?') ? [text.slice(0, at + 1), text.slice(at + 2)] : [text, ''];
     },
-    worse() { return Boolean(this.preview) && (!this.preview.ok || this.preview.success[1] < this.preview.success[0] - 0.005); },
+    worse() {
+      const p = this.preview;
+      return Boolean(p) && (!p.ok || p.success[1] < p.success[0] - 0.005 || p.entered[1].length > p.entered[0].length);
+    },
     clashing() {
       const held = (this.s.log || []).filter((entry) => !entry.retracted), ids = this.clash ? this.clash.ids : this.preview?.contradicts || [];
       if (this.clash?.soft && !held.some((entry) => entry.id === this.clash.mine)) return [];
@@ -153,7 +164,7 @@ export default {
     // -- the question --------------------------------------------------------------------
     onQuestion() {
       this.preferred = []; this.avoided = []; this.comment = ''; this.preview = null; this.clash = this.clash?.soft ? this.clash : null;
-      this.drawing = false; this.part = new Set(); this.cursor = -1; this.stopReplay();
+      this.drawing = this.named = false; this.considered = -1; this.part = new Set(); this.cursor = -1; this.stopReplay();
       this.showQuestion();
     },
     // The map with most of its cells.
@@ -176,18 +187,30 @@ export default {
       this.avoided = this.avoided.filter((one) => one !== action);
     },
     avoidOthers() { this.avoided = [0, 1, 2, 3].filter((action) => !this.preferred.includes(action)); },
-    given(verdict) {
-      const said = verdict === ANSWER;
+    given(verdict, option = this.options[this.considered]) {
+      const said = verdict === ANSWER, { preferred, avoided } = option || { preferred: this.preferred, avoided: this.wrong };
       return {
-        query: this.query.id, states: this.query.states, verdict, preferred: said ? this.preferred : [], avoided: said ? this.wrong : [],
-        part: verdict === SPLIT ? this.partStates() : [], by: this.by.trim(), comment: this.comment.trim(),
+        query: this.query.id, states: this.query.states, verdict, preferred: said ? preferred : [], avoided: said ? avoided : [],
+        part: verdict === SPLIT ? this.partStates() : [], by: this.by.trim(), comment: this.comment.trim() || (said && option ? option.label : ''),
       };
+    },
+    // Look at what an answer of one gesture would change; -1: at none.
+    consider(index) {
+      if (this.considered === index || this.sending) return;
+      this.considered = index;
+      this.askPreview();
+    },
+    choose(index) {
+      if (!this.options[index] || !this.open) return;
+      this.drawing = false;
+      this.give(ANSWER, this.options[index]);
     },
     askPreview() {
       clearTimeout(this.previewTimer);
       this.preview = null;
       if (this.clash && !this.clash.soft) this.clash = null;
-      if (this.open && this.preferred.length && this.wrong.length && this.canTry) this.previewTimer = setTimeout(() => this.fetchPreview(), PREVIEW_AFTER_MS);
+      const picked = this.considered >= 0 || (this.preferred.length && this.wrong.length);
+      if (this.open && picked && this.canTry) this.previewTimer = setTimeout(() => this.fetchPreview(), PREVIEW_AFTER_MS);
       else this.previewing = false;
     },
     async fetchPreview() {
@@ -206,17 +229,20 @@ export default {
       const p = this.preview;
       if (this.previewing) return ['', 'Trying it out …'];
       if (!p.ok) return ['', p.message];
-      const route = p.reaches[1] ? 'reaches the final waypoint' : 'does not reach the final waypoint';
+      const route = p.reaches[1] ? 'reaches the final waypoint' : 'does not reach the final waypoint', success = `expected success ${percent(p.success[0])} → ${percent(p.success[1])}`;
       const change = p.changed.length ? `▲ ${count(p.changed.length, 'cell')} would change; ━ the route then ${route}` : `nothing would change; the route ${route}`;
-      return [`expected success ${percent(p.success[0])} → ${percent(p.success[1])}`, `${change} (learnt in ${p.seconds.toFixed(2)}\u00a0s).`];
+      const learnt = `${change} (learnt in ${p.seconds.toFixed(2)}\u00a0s).`;
+      if (!p.keepOut.length) return [success, learnt];
+      return [`cells entered that you likely want kept out of: ${p.entered[0].length} → ${p.entered[1].length}`, `${success}; ${learnt}`];
     },
     async send() {
       if (!this.isReady || !this.query || this.answered) return;
       await this.give(this.drawing ? SPLIT : ANSWER);
     },
-    async give(verdict) {
+    async give(verdict, option = null) {
       if (!this.query || this.answered || this.sending) return;
-      const given = this.given(verdict), picks = [this.preferred, this.avoided];
+      this.considered = -1;
+      const given = this.given(verdict, option), picks = [this.preferred, this.avoided];
       this.sent = given.query;
       const waiting = setTimeout(() => { this.tell('Your answer is kept; it is sent when the learner is back.'); }, 1500);
       const reply = await this.link.answer(given);

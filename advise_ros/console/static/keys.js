@@ -26,6 +26,7 @@ function act(page, event, typing) {
   if (key === 'r') { page.replay(); return true; }
   if (/^[1-9]$/.test(key) && page.map && Number(key) <= page.map.layers) { page.layer = Number(key) - 1; return true; }
   if (!page.query) return false;
+  if ((key === 'y' || key === 'n') && page.options.length) { page.choose(key === 'y' ? 0 : 1); return true; }
   if (key === 's') { if (page.drawing) page.splitItself(); else page.skip(); return true; }
   if (key === 'u') { page.unsure(); return true; }
   if (key === 'm') { page.mixed(); return true; }

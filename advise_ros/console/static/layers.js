@@ -35,9 +35,11 @@ export function layerViews(page) {
   if (page.looked) perLayer(map, page.looked.states, (layer, cell) => part[layer].add(cell));
   if (preview?.ok) perLayer(map, preview.changed, (layer, cell, index) => changes[layer].set(cell, preview.actions[index]));
   const flown = s.flown && flownPerLayer(map, s.flown), policy = s.policy?.greedy.length === size * map.layers ? s.policy : null;
+  const keepOut = (preview?.ok && preview.keepOut.length ? preview.keepOut : s.site?.keepOut) || null;
   return Array.from({ length: map.layers }, (_, layer) => ({
     layer, asked: asked[layer], part: part[layer], clash: clash[layer], changes: changes[layer], show: { ...show }, next: layer,
     final: layer === map.layers - 1 ? map.waypoints[layer] : -1, flown: flown && flown[layer],
+    disputed: new Set(asked[layer].size ? query.disputed : []), lit: page.byDirections, keepOut: show.keepOut ? keepOut : null,
     greedy: policy && policy.greedy.slice(layer * size, (layer + 1) * size),
     unsure: policy && policy.unsure.slice(layer * size, (layer + 1) * size),
     routes: show.route ? routes(page, layer, size) : [],
@@ -46,14 +48,23 @@ export function layerViews(page) {
 
 function routes(page, layer, size) {
   const { s, preview } = page;
-  if (preview?.ok) {
+  if (preview?.ok && page.considered < 0) {
     return [
       { cells: routeIn(preview.before, layer, size), dashed: true, colour: 'route' },
       { cells: routeIn(preview.after, layer, size), colour: 'change', width: 0.09, stuck: !preview.reaches[1] && endsIn(preview.after, layer, size) },
     ];
   }
+  if (page.options.length && page.query.states.some((state) => Math.floor(state / size) === layer)) return page.options.map((option) => after(page, option, layer, size));
   if (!s.policy) return [];
   return [{ cells: routeIn(s.policy.route, layer, size), dashed: true, colour: 'route', stuck: !s.policy.reaches && endsIn(s.policy.route, layer, size) }];
+}
+
+// The route that is expected after an answer of one gesture; the two run beside each other.
+function after(page, option, layer, size) {
+  const { map } = page, cells = routeIn(option.route, layer, size), keeps = option.meaning === 0;
+  if (layer === map.layers - 1 && cells.length) cells.push(map.waypoints[layer]);
+  const chosen = page.considered >= 0 && page.options[page.considered] === option;
+  return { cells, dashed: !keeps, colour: keeps ? 'keep' : 'through', width: chosen ? 0.12 : 0.08, shift: keeps ? -0.08 : 0.08 };
 }
 
 const endsIn = (route, layer, size) => route.length > 0 && Math.floor(route[route.length - 1] / size) === layer;
@@ -63,8 +74,9 @@ export function describe(page, layer) {
   const { map } = page, view = page.layers[layer], cells = [...view.asked];
   const columns = cells.map((cell) => cell % map.width), rows = cells.map((cell) => Math.floor(cell / map.width));
   const span = (name, values) => `${name} ${Math.min(...values)} to ${Math.max(...values)}`;
+  const disputed = view.disputed.size ? `; ${count(view.disputed.size, 'cell')} in dispute` : '';
   const asked = cells.length ? `${count(cells.length, 'cell')} asked about, ${span('columns', columns)}, ${span('rows', rows)}` : 'nothing asked here';
   const after = page.preview?.ok ? `; ${count(view.changes.size, 'cell')} would change` : '';
   const success = page.s.policy ? `; expected success ${percent(page.s.policy.success)}` : '';
-  return `Map on the way to waypoint ${layer + 1}, ${map.width} by ${map.height} cells, north up: ${asked}${after}${success}`;
+  return `Map on the way to waypoint ${layer + 1}, ${map.width} by ${map.height} cells, north up: ${asked}${disputed}${after}${success}`;
 }

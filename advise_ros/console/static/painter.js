@@ -4,14 +4,16 @@ import { STEP } from '/console/words.js';
 const LIGHT = {
   paper: '#ffffff', line: '#d5dce2', ink: '#16202a', wall: '#3c4650', asked: '#A86A00', askedFill: '#fde7b5', flown: '#0072B2',
   policy: '#16202a', route: '#5b6875', change: '#00754f', changeFill: '#c9efe0', clash: '#b8330f', drone: '#8a1c6a',
-  heat: [[255, 255, 255], [120, 94, 180]], part: '#0072B2',
+  heat: [[255, 255, 255], [120, 94, 180]], part: '#0072B2', keepOut: '#d1462f', disputed: '#A31F00', keep: '#5b2fb0', through: '#855400',
 };
 const DARK = {
   paper: '#141b22', line: '#33404c', ink: '#f2f5f7', wall: '#8793a0', asked: '#F5B82E', askedFill: '#5a4308', flown: '#56B4E9',
   policy: '#f2f5f7', route: '#9aa8b5', change: '#35d39a', changeFill: '#0d4a37', clash: '#ff8a5c', drone: '#ff8ad8',
-  heat: [[20, 27, 34], [150, 120, 220]], part: '#56B4E9',
+  heat: [[20, 27, 34], [150, 120, 220]], part: '#56B4E9', keepOut: '#e0573c', disputed: '#ff9a7a', keep: '#bda2ff', through: '#F5B82E',
 };
 const LEVELS = 35, TRACK_PARTS = 6;
+// Per cent below which a cell is as good as free.
+const KEEP_OUT_LEAST = 5;
 
 export class Painter {
   constructor(canvas) {
@@ -49,23 +51,68 @@ export class Painter {
     return column >= 0 && column < this.map.width && row >= 0 && row < this.map.height ? row * this.map.width + column : -1;
   }
 
-  // view: {layer, asked, flown, greedy, unsure, changes, part, clash, routes, next, show, small}
+  // view: {layer, asked, lit, disputed, keepOut, flown, greedy, unsure, changes, part, clash, routes, next, show, small}
   base(view) {
     const { context, map, colours } = this;
     context.fillStyle = colours.paper;
     context.fillRect(0, 0, this.canvas.width, this.canvas.height);
     if (view.show.unsure && view.unsure) this.heat(view);
-    else this.fillCells(view.asked, colours.askedFill);
+    else if (view.lit) this.fillCells(view.asked, colours.askedFill);
+    if (view.keepOut && !view.show.unsure) this.keepOut(view.keepOut);
     this.fillCells(new Set(view.changes.keys()), colours.changeFill);
     this.lines();
-    this.outline(view.asked, colours.asked, this.cell > 12 ? 3 : 2);
+    if (view.lit) this.outline(view.asked, colours.asked, this.cell > 12 ? 3 : 2);
+    this.outline(view.disputed, colours.disputed, this.cell > 12 ? 4 : 2.5);
     if (view.part.size) this.hatch(view.part, colours.part);
     if (view.clash.size) this.hatch(view.clash, colours.clash, true);
     this.walls(map.blocked);
     for (const route of view.routes) this.route(route);
     if (view.show.flown && view.flown) this.flownArrows(view);
     if (view.show.policy && view.greedy) this.policyArrows(view);
+    if (view.keepOut && !view.show.unsure) this.perCents(view.keepOut);
+    this.question(view.disputed);
     this.waypoints(view.next, view.small);
+  }
+
+  // The stronger, the likelier to be kept out of.
+  keepOut(shares) {
+    const { context, colours } = this;
+    for (let cell = 0; cell < shares.length; cell++) {
+      if (shares[cell] < KEEP_OUT_LEAST) continue;
+      context.globalAlpha = 0.1 + 0.5 * shares[cell] / 100;
+      context.fillStyle = colours.keepOut;
+      context.fillRect(this.left(cell), this.top(cell), this.cell, this.cell);
+      context.globalAlpha = 1;
+    }
+  }
+
+  // The same in per cent, above all arrows, where there is room.
+  perCents(shares) {
+    const { context, colours } = this;
+    if (this.cell < 34) return;
+    context.font = `600 ${Math.round(Math.min(12, 0.22 * this.cell))}px system-ui, sans-serif`;
+    context.textAlign = 'right';
+    context.textBaseline = 'bottom';
+    context.lineWidth = 3;
+    for (let cell = 0; cell < shares.length; cell++) {
+      if (shares[cell] < KEEP_OUT_LEAST) continue;
+      const [text, x, y] = [`${shares[cell]}\u00a0%`, this.left(cell) + this.cell - 3, this.top(cell) + this.cell - 2];
+      context.strokeStyle = colours.paper;
+      context.strokeText(text, x, y);
+      context.fillStyle = colours.ink;
+      context.fillText(text, x, y);
+    }
+  }
+
+  // A question mark in the corner of each cell in dispute.
+  question(cells) {
+    const { context, colours } = this, size = Math.round(Math.max(9, Math.min(0.34 * this.cell, 22)));
+    if (this.cell < 12) return;
+    context.fillStyle = colours.disputed;
+    context.font = `800 ${size}px system-ui, sans-serif`;
+    context.textAlign = 'right';
+    context.textBaseline = 'top';
+    for (const cell of cells) context.fillText('?', this.left(cell) + this.cell - 4, this.top(cell) + 3);
   }
 
   heat(view) {

@@ -37,6 +37,31 @@ class Code(IntEnum):
     INVALID_PART = 11
 
 
+class Meaning(IntEnum):
+    """What an answer of one gesture says of the cells in dispute; as advise_msgs/msg/AnswerOption."""
+
+    KEEP_OUT = 0
+    FLY_THROUGH = 1
+
+
+class AnswerOption(NamedTuple):
+    """An answer that one gesture gives.
+
+    Attributes:
+        word: for commands, e.g. 'on-purpose'.
+        label: for a button, e.g. 'On purpose: keep out'.
+        preferred, avoided: the answer that it stands for, about all states of the query.
+        route: states that the drone is expected to fly after it.
+    """
+
+    meaning: Meaning
+    word: str
+    label: str
+    preferred: tuple[int, ...]
+    avoided: tuple[int, ...]
+    route: tuple[int, ...] = ()
+
+
 @dataclass(frozen=True)
 class Query:
     """A question about a cluster of states.
@@ -52,6 +77,9 @@ class Query:
         budget_left: answers left, -1 unlimited.
         question: one plain sentence.
         disagreement, scarcity: the two sources of F, means over the cluster [nat].
+        disputed: cells that the answer decides to keep out of or not, ascending; empty unless it is about a site.
+        options: answers of one gesture, in the order of their meaning; empty where there are none.
+        worth: steps that the answer is expected to save; 0 unless it is about a site.
     """
 
     query_id: int
@@ -67,6 +95,9 @@ class Query:
     question: str
     disagreement: float = 0.0
     scarcity: float = 0.0
+    disputed: tuple[int, ...] = ()
+    options: tuple[AnswerOption, ...] = ()
+    worth: float = 0.0
 
 
 @dataclass(frozen=True)

@@ -46,9 +46,7 @@ class Learned:
         demonstrated: (n, n_actions) smoothed action distributions.
         visits: (n,) demonstrated actions in each state.
         query: the next question, None when nothing is open, the budget is spent or there is enough advice.
-        doubt_left: what the best question that is still open is worth, in the unit of `enough` for the acquisition in use:
-            disagreement a visit [nat^2]; with `gain` and `belief` a share of the visits; with `site` steps saved.
-        enough_advice: it is worth less than the settings' `enough`.
+        doubt_left, enough_advice, least_worth, worth_unit: as `Asking`.
         contradictions: advice ids of answers that cannot all hold, ascending.
         unmet: states whose advice the reward does not satisfy (slack), ascending.
         objective: of equation (1).
@@ -86,6 +84,8 @@ class Learned:
     digest: str
     solved: Solved | None
     keep_out: Floats | None = None
+    least_worth: float = 0.0
+    worth_unit: str = ''
 
     def __post_init__(self) -> None:
         for part in vars(self).values():
@@ -152,6 +152,8 @@ def learn(  # noqa: PLR0913 - evidence and numbering of a session
         query=asking.query,
         doubt_left=asking.doubt_left,
         enough_advice=asking.enough,
+        least_worth=asking.least,
+        worth_unit=asking.unit,
         contradictions=inferred.contradictions,
         unmet=tuple(inferred.unmet.tolist()),
         objective=solution.objective,

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from advise_ros.core.advice.advice import Answer, Query, Verdict
+from advise_ros.core.advice.advice import Answer, AnswerOption, Meaning, Query, Verdict
 from advise_ros.core.grid.grid import Grid
 from advise_ros.core.numerics import Bools
 from advise_ros.core.people.settings import ExpertSettings
@@ -76,6 +76,17 @@ def without_error(expert: Expert, right: Bools) -> tuple[tuple[int, ...], tuple[
     others = np.setdiff1d(np.arange(right.shape[1]), preferred)
     avoided = others if expert.avoid == 'all_others' or not len(never) else never
     return tuple(preferred.tolist()), tuple(avoided.tolist())
+
+
+def by_gesture(query: Query, keep_out: Bools) -> AnswerOption:
+    """What somebody chooses of a question's answers of one gesture who sees the cells in dispute and nothing else.
+
+    Args:
+        query: with options.
+        keep_out: (cells,) those to keep out of; he says so where that holds for half of the cells in dispute.
+    """
+    meaning = Meaning.KEEP_OUT if 2 * keep_out[list(query.disputed)].sum() >= len(query.disputed) else Meaning.FLY_THROUGH
+    return next(option for option in query.options if option.meaning is meaning)
 
 
 class SimulatedExpert:

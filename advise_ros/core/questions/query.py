@@ -1,17 +1,23 @@
-"""The question that was selected on the drone's grid, as the person gets it: a query with one or two plain sentences."""
+"""The question that was selected on the drone's grid, as the person gets it: a query in one or two plain sentences."""
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from dataclasses import replace
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from advise_ros.core.advice.advice import Query
+from advise_ros.core.advice.advice import AnswerOption, Meaning, Query
 from advise_ros.core.advice.state import support
 from advise_ros.core.grid.grid import N_ACTIONS, Action, Grid
 from advise_ros.core.numerics import Ints
+from advise_ros.core.planning.rollout import rollout
 from advise_ros.core.questions.select import Question, Selection, Situation
 from advise_ros.core.questions.uncertainty import cluster_uncertainty, sources
+from advise_ros.core.site.wording import place, words
+
+if TYPE_CHECKING:
+    from advise_ros.core.site.questions import SiteQuestion
 
 
 class Numbering(NamedTuple):
@@ -27,15 +33,18 @@ class Asking(NamedTuple):
 
     Attributes:
         query: the question, None when the budget is spent, no cluster is open or there is enough advice.
-        doubt_left: what the open cluster is worth that is worth most: how much the demonstrations contradict one
-            another where the policy goes, a visit [nat^2]; with the acquisitions 'gain' and 'belief' the share of the
-            policy's visits that the best question is expected to correct; with `site` the steps that its answer saves.
-        enough: it is worth less than the settings' `enough`.
+        doubt_left: what the best question that is open is worth, in `unit`.
+        enough: it is worth less than `least`.
+        least: what a question has to be worth to be asked, in `unit`; 0: anything.
+        unit: by the acquisition in effect: steps that the answer saves (`site`), the share of the policy's visits that it is
+            expected to correct (`gain`, `belief`), or how much demonstrations disagree where the policy goes [nat^2 a visit].
     """
 
     query: Query | None
     doubt_left: float
     enough: bool
+    least: float
+    unit: str
 
 
 def next_query(grid: Grid, situation: Situation, numbering: Numbering) -> Asking:
@@ -48,9 +57,10 @@ def next_query(grid: Grid, situation: Situation, numbering: Numbering) -> Asking
     """
     selection, spent = Selection(situation), situation.advice.budget_left(numbering.budget) == 0
     if not spent and situation.advice.doubtful is None and selection.is_enough:
-        return Asking(None, selection.worth, True)
+        return Asking(None, selection.worth, True, selection.least, selection.unit)
     chosen = None if spent else selection.question()
-    return Asking(None if chosen is None else _query(grid, situation, chosen, numbering), selection.worth, False)
+    query = None if chosen is None else _query(grid, situation, chosen, numbering)
+    return Asking(query, selection.worth, False, selection.least, selection.unit)
 
 
 def _query(grid: Grid, situation: Situation, chosen: Question, numbering: Numbering) -> Query:
@@ -63,7 +73,7 @@ def _query(grid: Grid, situation: Situation, chosen: Question, numbering: Number
         states, taken[states], inferred.greedy[states], scarcity > disagreement,
         (doubtful.preferred, *support(taken, doubtful)) if doubtful else None,
     )
-    return Query(
+    query = Query(
         query_id=numbering.query_id,
         policy_version=numbering.version,
         states=tuple(states.tolist()),
@@ -78,6 +88,23 @@ def _query(grid: Grid, situation: Situation, chosen: Question, numbering: Number
         disagreement=disagreement,
         scarcity=scarcity,
     )
+    return query if chosen.of_site is None else _about_site(grid, situation, query, chosen.of_site)
+
+
+def _about_site(grid: Grid, situation: Situation, query: Query, chosen: SiteQuestion) -> Query:
+    """The query in words of what it decides, with an answer of one gesture for each way of it."""
+    dispute = chosen.dispute
+    if dispute is None:
+        return replace(query, worth=chosen.worth)
+    layer = grid.next_waypoint(chosen.states[0])
+    way = rollout(grid, situation.inferred.greedy.tolist(), grid.start_state(), grid.n_states).states
+    enters = any(grid.state(layer, cell) in way for cell in dispute.cells)
+    said = words(grid, layer, dispute.cells, situation.counts.taken, enters=enters)
+    options = (
+        AnswerOption(Meaning.KEEP_OUT, *said.keep_out, *dispute.keep_out),
+        AnswerOption(Meaning.FLY_THROUGH, *said.fly_through, *dispute.fly_through),
+    )
+    return replace(query, question=said.question, disputed=dispute.cells, options=options, worth=chosen.worth)
 
 
 # -- the sentence -------------------------------------------------------------------------------------
@@ -119,19 +146,13 @@ def _doubted(preferred: tuple[int, ...], moves: int, of: int) -> str:
 def _where(grid: Grid, states: Ints) -> str:
     cells, layers = states % grid.n_cells, np.unique(states // grid.n_cells) + 1
     where = 'In 1 cell' if len(states) == 1 else f'In {len(states)} cells'
-    columns, rows = _span('column', cells % grid.width), _span('row', cells // grid.width)
-    return f'{where} on the way to {_waypoints([int(layer) for layer in layers])} ({columns}, {rows})'
+    return f'{where} on the way to {_waypoints([int(layer) for layer in layers])} ({place(grid, tuple(cells.tolist()))})'
 
 
 def _waypoints(layers: list[int]) -> str:
     if len(layers) == 1:
         return f'waypoint {layers[0]}'
     return f'waypoints {", ".join(map(str, layers[:-1]))} and {layers[-1]}'
-
-
-def _span(name: str, indices: Ints) -> str:
-    low, high = int(indices.min()), int(indices.max())
-    return f'{name} {low}' if low == high else f'{name}s {low}-{high}'
 
 
 def _flown(taken: Ints) -> str:

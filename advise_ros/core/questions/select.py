@@ -26,6 +26,10 @@ if TYPE_CHECKING:
     from advise_ros.core.site.questions import SiteQuestion
 
 
+# Units of what a question is worth, by the acquisition in effect; the last one is disagreement where the policy goes.
+STEPS_SAVED, SHARE_OF_VISITS, DISAGREEMENT = 'steps saved', 'share of the visits', 'nat^2 a visit'
+
+
 @dataclass(frozen=True, eq=False)
 class Situation:
     """Where algorithm 1 stands after some answers: everything that a question is chosen by.
@@ -65,10 +69,11 @@ class Situation:
 
 
 class Question(NamedTuple):
-    """States (m,) to ask about, ascending; `again`: because their last answer is doubtful."""
+    """States (m,) to ask about, ascending; `again`: because their last answer is doubtful; `of_site`: what it decides there."""
 
     states: Ints
     again: bool = False
+    of_site: SiteQuestion | None = None
 
 
 class Selection:
@@ -88,17 +93,28 @@ class Selection:
         doubtful = self._situation.advice.doubtful
         if doubtful is not None:
             return Question(np.array(doubtful.states), again=True)
-        return None if self._best is None else Question(self._best)
+        return None if self._best is None else Question(self._best, of_site=self._of_site)
 
     @property
     def is_enough(self) -> bool:
         """Whether, on a site, no answer is expected to save `enough` steps; elsewhere every cluster is asked about."""
-        situation = self._situation
-        return situation.belief is not None and (self._best is None or self.worth < situation.settings.enough)
+        return self._situation.belief is not None and (self._best is None or self.worth < self.least)
+
+    @property
+    def least(self) -> float:
+        """What a question has to be worth to be asked, in `unit`; 0: anything."""
+        return 0.0 if self._situation.belief is None else self._situation.settings.enough
+
+    @property
+    def unit(self) -> str:
+        """Of `worth` and `least`."""
+        if self._situation.belief is not None:
+            return STEPS_SAVED
+        return SHARE_OF_VISITS if self._situation.settings.acquisition in BY_WORTH else DISAGREEMENT
 
     @cached_property
     def worth(self) -> float:
-        """Of the best question; the unit depends on the acquisition, see `Asking.doubt_left`."""
+        """Of the best question, in `unit`."""
         if self._situation.belief is not None:
             return 0.0 if self._of_site is None else self._of_site.worth
         if self._situation.settings.acquisition in BY_WORTH:

@@ -10,6 +10,7 @@ from numba import njit
 from advise_ros.core.numerics import Floats, Ints
 from advise_ros.core.site.belief import SiteBelief
 from advise_ros.core.site.chain import answer_code
+from advise_ros.core.site.dispute import MOST_CELLS, Dispute, dispute_of
 from advise_ros.core.site.layout import Bytes, Int32s, Layout
 from advise_ros.core.site.plan import highest, least_steps, lowest, plan, route
 from advise_ros.core.site.search import optimal_sets
@@ -20,6 +21,8 @@ PIECES = (2, 3, 4, 6)
 MAPS_FLOWN, MOST_CANDIDATES = 30, 400
 # What was asked before is worth a little less, and so is each further cell.
 ASKED_BEFORE, PER_CELL = 0.9, 1e-3
+# A person grasps a few cells more easily than one: of pieces that tell the same, so many cells are asked about.
+GRASPED = 3
 # An expert's map forbids: what a marked cell costs him to enter.
 FORBIDDEN = 1001
 
@@ -30,10 +33,12 @@ class SiteQuestion(NamedTuple):
     Attributes:
         states: ascending.
         worth: steps that the answer is expected to save.
+        dispute: what the answer decides, None where no cell goes with it.
     """
 
     states: tuple[int, ...]
     worth: float
+    dispute: Dispute | None = None
 
 
 def next_question(
@@ -45,20 +50,31 @@ def next_question(
         layout: the site and the route.
         belief: what is believed of it.
         rng: of the choice of maps and candidates, where there are many.
-        unwanted: states of questions that the person does not want to hear again.
+        unwanted: states of questions that the person does not want to hear again, nor others that tell the same.
     """
     asking = np.concatenate([belief.maps[::2], belief.doubting])
     sets = optimal_sets(layout.moves, asking, layout.waypoints, FORBIDDEN)
     differs = (sets != sets[0]).any(axis=0)
-    pieces = _candidates(layout, belief, asking, sets, rng)
-    candidates = [one for one in pieces if one not in unwanted and differs[list(one)].any()]
-    if len(candidates) > MOST_CANDIDATES:
-        candidates = [candidates[at] for at in np.sort(rng.choice(len(candidates), MOST_CANDIDATES, replace=False))]
+    refused = {_partition(sets, piece).tobytes() for piece in unwanted}
+    pieces = [piece for piece in _candidates(layout, belief, asking, sets, rng) if differs[list(piece)].any()]
+    if len(pieces) > MOST_CANDIDATES:
+        pieces = [pieces[at] for at in np.sort(rng.choice(len(pieces), MOST_CANDIDATES, replace=False))]
+    candidates = [piece for piece in pieces if _partition(sets, piece).tobytes() not in refused]
     worths = _worths(layout, asking, sets, candidates, {one.states for one in belief.answers})
     if not len(worths) or worths.max() <= 0.0:
         return None
-    at = int(worths.argmax())
-    return SiteQuestion(candidates[at], float(worths[at]))
+    best = candidates[int(worths.argmax())]
+    chosen = grasped(sets, candidates, best)
+    codes = _codes(sets, np.array(chosen, dtype=np.int32))
+    return SiteQuestion(chosen, float(worths.max()), dispute_of(layout, asking, codes))
+
+
+def grasped(sets: Bytes, candidates: list[tuple[int, ...]], best: tuple[int, ...]) -> tuple[int, ...]:
+    """Of the pieces around the best one that tell the same, one that is nearest to GRASPED cells."""
+    told, inside = _partition(sets, best), set(best)
+    around = [piece for piece in candidates if inside <= set(piece)]
+    alike = [piece for piece in around if np.array_equal(_partition(sets, piece), told)]
+    return min(alike, key=lambda piece: abs(len(piece) - GRASPED))
 
 
 def _candidates(
@@ -72,7 +88,7 @@ def _candidates(
     pieces: dict[tuple[int, ...], None] = {}
     for greedy in ways:
         for run in _straight(layout, route(layout, greedy), greedy):
-            for size in {1, *PIECES, len(run)}:
+            for size in {1, *PIECES, min(len(run), MOST_CELLS)}:
                 pieces.update(dict.fromkeys(tuple(sorted(run[at : at + size])) for at in range(len(run) - size + 1)))
     return sorted(pieces, key=lambda piece: (len(piece), piece))
 
@@ -99,16 +115,28 @@ def _worths(
     which = np.empty(len(candidates), dtype=np.int64)
     partitions: list[Ints] = []
     for at, piece in enumerate(candidates):
-        inverse = np.unique(_codes(sets, np.array(piece, dtype=np.int32)), return_inverse=True)[1].ravel()
+        inverse = _partition(sets, piece)
         which[at] = groups.setdefault(inverse.tobytes(), len(groups))
         if which[at] == len(partitions):
             partitions.append(inverse)
     now = least_steps(layout, asking.mean(axis=0)[None])[0]
     saved = now - np.array([_steps_after(layout, asking, partition) for partition in partitions])
     sizes = np.array([len(piece) for piece in candidates])
-    again = np.array([ASKED_BEFORE if piece in asked else 1.0 for piece in candidates])
+    again = np.array([ASKED_BEFORE if _nested(set(piece), asked) else 1.0 for piece in candidates])
     worths: Floats = saved[which] * again - PER_CELL * sizes
     return worths
+
+
+def _nested(piece: set[int], asked: set[tuple[int, ...]]) -> bool:
+    """Whether it is part of what was asked before, or the other way round."""
+    return any(piece <= set(one) or piece >= set(one) for one in asked)
+
+
+def _partition(sets: Bytes, piece: tuple[int, ...]) -> Ints:
+    """(maps,) the number of the answer under each map, from 0."""
+    codes = _codes(sets, np.array(piece, dtype=np.int32))
+    parts: Ints = np.unique(codes, return_inverse=True)[1].ravel()
+    return parts
 
 
 def _steps_after(layout: Layout, asking: Bytes, partition: Ints) -> float:

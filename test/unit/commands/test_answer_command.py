@@ -3,7 +3,8 @@
 import pytest
 
 from advise_ros.commands import answer
-from advise_ros.core.advice.advice import Answer, Verdict
+from advise_ros.core.advice.advice import Answer, AnswerOption, Meaning, Verdict
+from advise_ros.core.errors import InputError
 
 
 @pytest.mark.parametrize(('words', 'said'), [
@@ -13,6 +14,7 @@ from advise_ros.core.advice.advice import Answer, Verdict
     (['--query', '3', '--prefer', 'east', '--avoid', 'North, west'], Answer(3, 0, (1,), (0, 3))),
     (['--query', '3', '--prefer', 'e,s', '--avoid', '0'], Answer(3, 0, (1, 2), (0,))),
     (['--query', '3', '--prefer', 'e'], Answer(3, 0, (1,), ())),
+    (['--query', '3', '--say', 'on-purpose'], Answer(3, 0)),
     (['--query', '9', '--mixed', '--expert', 'anna', '--comment', 'no'], Answer(9, Verdict.MIXED, (), (), 'anna', 'no')),
 ])  # fmt: skip
 def test_the_answer_that_is_spelt(words: list[str], said: Answer | None) -> None:
@@ -28,6 +30,8 @@ def test_the_answer_that_is_spelt(words: list[str], said: Answer | None) -> None
     (['--query', '-4', '--skip'], '--query is -4; query ids count up from 1'),
     (['--query', '3', '--prefer', 'e', '--unsure'], 'drop the other one'),
     (['--undo', '--avoid', 'e'], 'drop the other one'),
+    (['--query', '3', '--say', 'yes', '--skip'], '--say is an answer of its own; drop the other one'),
+    (['--say', 'on-purpose'], 'say which query is answered by --query ID'),
 ])  # fmt: skip
 def test_what_does_not_fit_together_is_one_sentence(
     words: list[str], sentence: str, capsys: pytest.CaptureFixture[str],
@@ -35,6 +39,19 @@ def test_what_does_not_fit_together_is_one_sentence(
     assert answer.run(words) == 2
     err = capsys.readouterr().err
     assert err.startswith('error: ') and sentence in err and err.count('\n') == 1
+
+
+def test_a_word_is_that_of_the_question_or_of_its_meaning() -> None:
+    keep, through = (
+        AnswerOption(Meaning.KEEP_OUT, 'on-purpose', 'On purpose: keep out', (0,), (1,)),
+        AnswerOption(Meaning.FLY_THROUGH, 'by-accident', 'By accident: fly through', (1,), (0,)),
+    )
+    assert answer.option_of('On-Purpose', (keep, through)) is keep
+    assert answer.option_of('fly-through', (keep, through)) is through
+    with pytest.raises(InputError, match="no answer 'maybe'; it offers on-purpose and by-accident"):
+        answer.option_of('maybe', (keep, through))
+    with pytest.raises(InputError, match='answer it by --prefer and --avoid'):
+        answer.option_of('on-purpose', ())
 
 
 @pytest.mark.parametrize('words', [['--skip', '--undo'], ['--query', 'three', '--skip'], ['now'], ['--retract']])

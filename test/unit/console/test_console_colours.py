@@ -20,7 +20,11 @@ DRAWN = (
     *((mark, ground) for mark in ('flown', 'policy', 'drone', 'route', 'change', 'clash') for ground in ('paper', 'askedFill')),
     ('asked', 'paper'), ('asked', 'askedFill'), ('part', 'askedFill'), ('wall', 'paper'),
     *((mark, 'changeFill') for mark in ('flown', 'change', 'clash')),
+    *((mark, 'paper') for mark in ('keepOut', 'disputed', 'keep', 'through')),
 )
+
+
+CARD_MARKS = ('asked', 'flown', 'drone', 'right', 'keep', 'through', 'site', 'disputed')
 
 
 def palette(text: str, pattern: str, which: int) -> dict[str, tuple[float, ...]]:
@@ -54,7 +58,7 @@ def read(name: str) -> str:
 def test_what_is_written_can_be_read(which: int) -> None:
     colours = palette(read('console.css'), r'\.console(?:\.dark)? \{\s*(--paper.*?)\}', which)
     assert not too_weak(colours, WRITTEN, TEXT)
-    assert not too_weak(colours, (('asked', 'card'), ('flown', 'card'), ('drone', 'card'), ('right', 'card')), MARK)
+    assert not too_weak(colours, tuple((mark, 'card') for mark in CARD_MARKS), MARK)
 
 
 @pytest.mark.parametrize('which', [0, 1], ids=['light', 'dark'])

@@ -17,8 +17,10 @@ from advise_ros.console.screen import screen
 from advise_ros.console.terminal_session import TerminalSession
 from advise_ros.core.advice.advice import Verdict
 from advise_ros.core.demonstrations.demonstration import count
+from advise_ros.core.learning.session import Session
 from advise_ros.ros import convert_advice
 from support.learning import ready
+from support.sites import asking
 
 
 class NoDesk:
@@ -35,8 +37,8 @@ class NoDesk:
 class Seat:
     """A sitting before a question of a real session."""
 
-    def __init__(self) -> None:
-        session = ready()
+    def __init__(self, session: Session | None = None) -> None:
+        session = session or ready()
         learned, query, taken = session.learned, session.query, count(session.grid, session.demonstrations)
         assert learned is not None and query is not None
         policy = convert_advice.policy_to_msg(learned, 0)
@@ -103,6 +105,28 @@ def test_flown_moments_and_the_heat_are_shown_in_turn(seat: Seat) -> None:
     assert seat.sitting.moment == -1
     seat.type(b'v')
     assert '0 sure … 9 unsure' in seat.sees()
+
+
+def test_one_key_answers_a_question_about_a_site() -> None:
+    _, session = asking()
+    seat = Seat(session)
+    keep, through = seat.query.options
+    seat.board.put('site', {'keepOut': [90 if cell in seat.query.disputed else 0 for cell in range(seat.grid.n_cells)]})
+    seen = seat.sees()
+    assert f'y  {keep.label}' in seen and f'n  {through.label}' in seen
+    assert seat.query.question.split('?')[0] in ' '.join(seen.split())
+    assert seen.count('?') >= len(seat.query.disputed)
+    assert 'tenths likely to be kept out of' in seen
+    seat.type(b'n')
+    ((name, given),) = seat.desk.asked
+    assert (name, given['verdict'], given['comment']) == ('answer', Verdict.ANSWER, through.label)
+    assert (given['preferred'], given['avoided']) == (list(through.preferred), list(through.avoided))
+
+
+def test_without_a_yes_or_no_its_keys_say_so(seat: Seat) -> None:
+    seat.type(b'y')
+    assert not seat.desk.asked
+    assert 'This question has no yes or no' in seat.sees()
 
 
 @pytest.mark.parametrize(('key', 'act'), [

@@ -1,0 +1,92 @@
+"""A question about a site in words: what the person's moves did at the cells in dispute, and what either answer means."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from advise_ros.core.grid.grid import N_ACTIONS, Grid
+from advise_ros.core.numerics import Ints
+
+# So many moves beside an area show that the person went round it.
+MOVES_BESIDE = 3
+
+
+class Seen(NamedTuple):
+    """The moves at an area.
+
+    Attributes:
+        into: that entered it.
+        beside: in cells beside it, that did not.
+    """
+
+    into: int
+    beside: int
+
+
+class Words(NamedTuple):
+    """The question, and for either answer its word for commands and its label for a button."""
+
+    question: str
+    keep_out: tuple[str, str]
+    fly_through: tuple[str, str]
+
+
+ON_PURPOSE, BY_ACCIDENT = ('on-purpose', 'On purpose: keep out'), ('by-accident', 'By accident: fly through')
+RIGHT, YES, NO = ('keep-out', 'Right: keep out'), ('keep-out', 'Yes: keep out'), ('fly-through', 'No: fly through')
+
+
+def words(grid: Grid, layer: int, cells: tuple[int, ...], taken: Ints, *, enters: bool) -> Words:
+    """E.g. 'On the way to waypoint 2 you always went round these 6 cells (columns 1-3, rows 0-1). On purpose?'.
+
+    Whatever the moves were, 'yes' means keep out.
+
+    Args:
+        grid: the site and its route.
+        layer: of the question.
+        cells: in dispute.
+        taken: (states, 4) moves flown.
+        enters: the drone would fly through them now.
+    """
+    way, moves = f'On the way to waypoint {layer + 1}', seen(grid, layer, cells, taken)
+    area, them = f'{_these(len(cells))} ({place(grid, cells)})', 'it' if len(cells) == 1 else 'them'
+    if not moves.into and moves.beside >= MOVES_BESIDE:
+        return Words(f'{way} you always went round {area}. On purpose?', ON_PURPOSE, BY_ACCIDENT)
+    if moves.into:
+        counted = f'you flew into {area} {_times(moves.into)} and past {them} {_times(moves.beside)}'
+        return Words(f'{way} {counted}. Should I keep out?', YES, NO)
+    if enters:
+        return Words(f'{way} you were never near {area}, and I would fly through {them}. Should I keep out?', YES, NO)
+    return Words(f'{way} you were never near {area}, and I would go round {them}. Right?', RIGHT, NO)
+
+
+def seen(grid: Grid, layer: int, cells: tuple[int, ...], taken: Ints) -> Seen:
+    """What the moves on the way to a waypoint did at some cells; arguments as of `words`."""
+    inside, into, beside = set(cells), 0, 0
+    here = taken[layer * grid.n_cells : (layer + 1) * grid.n_cells]
+    for cell in {grid.neighbour(cell, action) for cell in cells for action in range(N_ACTIONS)} - inside:
+        entering = [grid.neighbour(cell, action) in inside for action in range(N_ACTIONS)]
+        into += int(here[cell][entering].sum())
+        beside += int(here[cell][np.logical_not(entering)].sum())
+    return Seen(into, beside)
+
+
+def place(grid: Grid, cells: tuple[int, ...]) -> str:
+    """E.g. 'columns 1-3, row 0'."""
+    columns, rows = np.array(cells) % grid.width, np.array(cells) // grid.width
+    return f'{span("column", columns)}, {span("row", rows)}'
+
+
+def span(name: str, indices: Ints) -> str:
+    """E.g. 'columns 1-3'."""
+    low, high = int(indices.min()), int(indices.max())
+    return f'{name} {low}' if low == high else f'{name}s {low}-{high}'
+
+
+def _these(number: int) -> str:
+    return 'this cell' if number == 1 else f'these {number} cells'
+
+
+def _times(number: int) -> str:
+    return {0: 'never', 1: 'once', 2: 'twice'}.get(number, f'{number} times')
