@@ -17,7 +17,7 @@ import numpy as np
 from routes import MOST_ANSWERS, Case, Trial, cell, trial_of
 
 from advise_ros.core.advice.advice import Answer, Query, Verdict
-from advise_ros.core.learning.learner import LearnSettings
+from advise_ros.core.irl.settings import LearnSettings
 from advise_ros.core.learning.session import Session
 from advise_ros.core.people.simulated_expert import by_gesture
 from advise_ros.experiments.sites import SIZES, judge

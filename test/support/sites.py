@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from advise_ros.core.demonstrations.demonstration import Demonstration
-from advise_ros.core.learning.learner import LearnSettings
+from advise_ros.core.irl.settings import LearnSettings
 from advise_ros.core.learning.session import Session
 from advise_ros.experiments.sites import Site, flights_of, pilot_of, random_site
 from support.learning import learn_now

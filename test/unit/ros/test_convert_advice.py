@@ -16,7 +16,8 @@ from advise_ros.commands.question_text import log_text, question_text
 from advise_ros.core.advice.advice import AdviceRecord, Answer, Code, Meaning, Outcome, Query, Verdict
 from advise_ros.core.advice.advice import AnswerOption as Option
 from advise_ros.core.grid.grid import Grid
-from advise_ros.core.learning.learner import Learned, LearnSettings, learn
+from advise_ros.core.irl.settings import LearnSettings
+from advise_ros.core.learning.learner import Learned, learn
 from advise_ros.ros import calls, convert_advice, maps
 from advise_ros.ros.markers import question_markers
 from advise_ros.ros.preview import fill_preview
