@@ -24,22 +24,28 @@ STYLES: dict[str, dict[str, Any]] = {
 }
 
 
+# Intervals of all would hide one another; the tables have them.
+SHADED = 'site'
+
+
 def picture(table: RouteTable, store: Store, trials: Trials, most: int) -> Figure:
-    """Per cent of the trials that succeed after 0 to `most` answers, with Wilson's 95 % intervals."""
+    """Per cent of the trials that succeed after 0 to `most` answers, with Wilson's 95 % interval of the learner."""
     figure, axes = in_panels(len(table.lines))
     for (label, case), axis in zip(table.lines, axes, strict=True):
         for way in table.ways_of(case):
             curves = [one['curve'] for one in outcomes(store, case, way, seeds_of(case, trials))]
             if curves:
-                _curve(axis, [[curve[min(at, len(curve) - 1)] for curve in curves] for at in range(most + 1)], STYLES[way])
+                hits = [[curve[min(at, len(curve) - 1)] for curve in curves] for at in range(most + 1)]
+                _curve(axis, hits, STYLES[way], shaded=way == SHADED)
         axis.set(title=label, xlabel='answers', ylabel='routes flown as wished [%]', ylim=SHARES)
     handles, labels = axes[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc='outside lower center', ncols=3)
+    figure.legend(handles, labels, loc='outside lower center', ncols=3 if len(axes) > 1 else 2)
     return figure
 
 
-def _curve(axis: Axes, at: list[list[bool]], style: dict[str, Any]) -> None:
+def _curve(axis: Axes, at: list[list[bool]], style: dict[str, Any], *, shaded: bool) -> None:
     answers = np.arange(len(at))
-    low, high = np.array([interval(hits) for hits in at]).T
     axis.plot(answers, [100.0 * np.mean(hits) for hits in at], **style)
-    axis.fill_between(answers, 100.0 * low, 100.0 * high, color=style['color'], alpha=0.15, linewidth=0)
+    if shaded:
+        low, high = np.array([interval(hits) for hits in at]).T
+        axis.fill_between(answers, 100.0 * low, 100.0 * high, color=style['color'], alpha=0.15, linewidth=0)

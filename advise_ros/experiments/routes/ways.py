@@ -13,10 +13,11 @@ import numpy as np
 from advise_ros.core.demonstrations.demonstration import count
 from advise_ros.core.grid.grid import Grid
 from advise_ros.core.irl.settings import LearnSettings
-from advise_ros.core.learning.learner import Learned
+from advise_ros.core.learning.learner import Learned, learn
 from advise_ros.core.learning.session import Session
 from advise_ros.core.numerics import Bools, Ints
 from advise_ros.core.people.known_site import Site, judge
+from advise_ros.core.people.simulated_pilot import SimulatedPilot, demonstrate
 from advise_ros.core.planning.process import successors
 from advise_ros.core.planning.rollout import optimal_table
 from advise_ros.core.site import within_advise
@@ -180,5 +181,8 @@ def _at_once(site: Site, greedy: Callable[[], Ints]) -> WayOutcome:
 
 @lru_cache(maxsize=1)
 def _compile() -> None:
-    """Load what is compiled, which is no part of a trial's time."""
-    within_advise.compile_loops(Grid(1.0, 3, 3, (0.0, 0.0), 5.0, (2, 6)))
+    """Load what is compiled or slow to import, which is no part of a trial's time."""
+    grid = Grid(1.0, 3, 3, (0.0, 0.0), 5.0, (2, 6))
+    within_advise.compile_loops(grid)
+    flight = demonstrate(grid, SimulatedPilot(grid, 0.0, 0.0, np.random.default_rng(0)), 0, 100)
+    learn(grid, AS_PRINTED, (flight,), ())
