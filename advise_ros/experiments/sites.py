@@ -150,7 +150,7 @@ def _losses(site: Site) -> Floats:
     """(states, 4) what each action costs more than the best one when a hidden cell is worth SOFT_PRICE steps."""
     layout = layout_of(site.grid)
     price = np.where(site.keep_out > 0, 1 + SOFT_PRICE, 1).astype(np.int64)
-    distance = all_distances(layout.moves, price, layout.waypoints)
+    distance = all_distances(layout.moves, price[None], layout.waypoints)
     there = layout.moves
     costs = np.where(there >= 0, distance[:, there] + price[there], FAR).reshape(-1, N_ACTIONS)
     return np.minimum(costs - costs.min(axis=1, keepdims=True), 1e6)

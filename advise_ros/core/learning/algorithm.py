@@ -101,7 +101,7 @@ def imitate(
         from advise_ros.core.site import within_advise  # noqa: PLC0415 - compiled loops take half a second to import
 
         belief = within_advise.belief_of(process.grid, counts, advice, settings.seed, prior)
-        return within_advise.imitate(process.grid, belief, advice), belief
+        return within_advise.imitate(process.grid, belief, advice, settings.slip), belief
     return imitated(settings.acquisition, counts, advice), None
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -12,6 +12,7 @@ from advise_ros.core.site.chain import CompiledAnswers, Problem
 from advise_ros.core.site.layout import Bytes, Layout
 from advise_ros.core.site.pilots import PILOTS, Moves, Pilot, moves_of, rounded
 from advise_ros.core.site.tempering import TEMPERATURES, Draws, draw
+from advise_ros.core.site.wishes import ALIKE, GRADED, ONE_WAYPOINT, Wishes
 
 # An answer is right with this probability; a right one calls each action otherwise than the map with the other; a wrong one is
 # one of so many.
@@ -20,6 +21,11 @@ RIGHT, OTHERWISE, WRONG_ANSWERS = 0.9, 0.1, 30
 CELL_PRICE, EDGE_PRICE = 0.8, 0.4
 # Models of the pilot that explain the moves worse by more than this [nat] are dropped; earlier, before the last fit, by more.
 HOPELESSLY_BEHIND, BEHIND_BEFORE_LAST_FIT = 15.0, 45.0
+# Log odds against a richer kind of wishes, before anything was seen. A first look of so many steps decides whether it is
+# looked at closely: not if it is further behind than this [nat].
+RICHER_ODDS, FIRST_LOOK, UNPROMISING = 4.0, 0.5, 1.0
+# Answers that the maps fit worse than this [nat] say that there may be a richer wish.
+CONTRADICTED = -2.0
 # How often the models of the pilot are fitted to the moves, and the maps drawn anew.
 FITS = 2
 
@@ -37,6 +43,10 @@ class SamplerSettings:
     least_steps: int = 12_000
     maps: int = 100
 
+    def shorter(self, share: float) -> SamplerSettings:
+        """For a share of the steps."""
+        return replace(self, steps_per_cell=int(share * self.steps_per_cell), least_steps=int(share * self.least_steps))
+
     def steps(self, layout: Layout) -> int:
         """Proposals for a site."""
         return max(self.least_steps, self.steps_per_cell * layout.n_cells)
@@ -51,10 +61,10 @@ class SiteAnswer(NamedTuple):
 
 
 class PilotBelief(NamedTuple):
-    """One model of the pilot, fitted to the moves, and the maps that explain them under it.
+    """One model of the pilot, fitted to the moves, and the maps that explain them under it and one kind of wishes.
 
     Attributes:
-        level: mean log posterior of the maps.
+        level: mean log posterior of the maps; of a richer kind of wishes that of ALIKE, and by how much its evidence is more.
         weight: of the model among all, by its evidence.
     """
 
@@ -62,6 +72,14 @@ class PilotBelief(NamedTuple):
     level: float
     weight: float
     draws: Draws
+    wishes: Wishes = ALIKE
+
+    @property
+    def evidence(self) -> float:
+        """Log of the fractional Bayes factor: how much likelier the whole likelihood of the moves is than the part of it that
+        the hottest copy weighs (O'Hagan 1995), integrated over the temperatures; and the fit of the answers."""
+        part = 1.0 / np.array(TEMPERATURES)
+        return float(-np.trapezoid(self.draws.fit, part)) + self.draws.answers
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,23 +87,31 @@ class SiteBelief:
     """What is believed of a site.
 
     Attributes:
-        maps: (k, cells) 1 for cells to keep out of, equally likely.
-        doubting: (m, cells) maps that lie half-way to doubting the moves; for questions.
+        maps: (k, cells) 1 for cells to keep out of, equally likely. With richer kinds of wishes what entering a cell costs in
+            what entering one to keep out of does; (k, layers, cells) if that depends on the waypoint.
+        doubting: (m, cells) or (m, layers, cells) maps that lie half-way to doubting the moves; for questions.
         pilots: models of the pilot that explain the moves, the likeliest first.
         answers: what was said.
         flights: the moves.
     """
 
-    maps: Bytes
-    doubting: Bytes
+    maps: Bytes | Floats
+    doubting: Bytes | Floats
     pilots: tuple[PilotBelief, ...]
     answers: tuple[SiteAnswer, ...]
     flights: Moves
 
     @property
+    def expected(self) -> Floats:
+        """(cells,) or (layers, cells) mean of the maps: what a plan goes by."""
+        mean: Floats = self.maps.mean(axis=0)
+        return mean
+
+    @property
     def keep_out(self) -> Floats:
-        """(cells,) probability that the person wants the cell kept out of."""
-        share: Floats = self.maps.mean(axis=0)
+        """(cells,) probability that the person wants the cell kept out of, on the way to one waypoint at least."""
+        barred = self.maps >= 1.0
+        share: Floats = (barred.any(axis=1) if self.maps.ndim > 2 else barred).mean(axis=0)
         return share
 
 
@@ -104,7 +130,9 @@ def believe(
         cell_price: (cells,) log odds against each cell before anything was seen [nat]; None: CELL_PRICE each.
     """
     settings = settings or SamplerSettings()
-    belief = _first(layout, moves_of(layout, taken), _prices(layout, cell_price), settings, rng)
+    prices = _prices(layout, cell_price)
+    belief = _first(layout, moves_of(layout, taken), prices, settings, rng)
+    belief = _with_richer(layout, belief, (GRADED,), prices, settings, rng)
     for answer in answers:
         belief = tell(layout, belief, answer, rng, settings, cell_price)
     return belief
@@ -117,10 +145,17 @@ def tell(
     """The belief after one more answer; arguments as of `believe`."""
     settings, prices = settings or SamplerSettings(), _prices(layout, cell_price)
     answers = (*belief.answers, answer)
-    again = tuple(
-        _drawn(layout, belief.flights, one.pilot, answers, prices, settings, rng, one.draws) for one in belief.pilots
-    )
-    return _weighed(again, belief.flights, answers, settings)
+    again = [
+        _drawn(layout, belief.flights, one.pilot, answers, prices, settings, rng, one.draws, one.wishes) for one in belief.pilots
+    ]
+    plain = next((one for one in again if one.wishes == ALIKE), None)
+    again = [one if plain is None or one.wishes == ALIKE else _against(plain, one) for one in again]
+    told = _weighed(layout, tuple(again), belief.flights, answers, settings)
+    plain = next((one for one in told.pilots if one.wishes == ALIKE), None)
+    if plain is None or plain.draws.answers > CONTRADICTED:
+        return told
+    kinds = tuple(one for one in (GRADED, ONE_WAYPOINT) if one.name not in {model.wishes.name for model in told.pilots})
+    return _with_richer(layout, told, kinds, prices, settings, rng)
 
 
 def _prices(layout: Layout, cell_price: Floats | None) -> Floats:
@@ -134,35 +169,66 @@ def _first(layout: Layout, flights: Moves, prices: Floats, settings: SamplerSett
     for fit in range(FITS):
         if fit > 0:
             models = _within(models, BEHIND_BEFORE_LAST_FIT)
-        fitted = [one.pilot.fitted(layout, flights, one.draws.best) for one in models]
+        fitted = [one.pilot.fitted(layout, flights, ALIKE, one.draws.best) for one in models]
         models = tuple(
             _drawn(layout, flights, pilot, (), prices, settings, rng, one.draws)
             for pilot, one in zip(fitted, models, strict=True)
         )
-    return _weighed(models, flights, (), settings)
+    return _weighed(layout, models, flights, (), settings)
+
+
+def _with_richer(
+    layout: Layout, belief: SiteBelief, kinds: tuple[Wishes, ...], prices: Floats, settings: SamplerSettings,
+    rng: np.random.Generator,
+) -> SiteBelief:
+    """The same with richer kinds of wishes, those that a first look finds likelier than the plain one.
+
+    Under the model of the pilot that explains the moves best with plain wishes.
+    """
+    plain, flights, answers = next(one for one in belief.pilots if one.wishes == ALIKE), belief.flights, belief.answers
+    models = list(belief.pilots)
+    for wishes in kinds:
+        one = _drawn(layout, flights, plain.pilot, answers, prices, settings.shorter(FIRST_LOOK), rng, plain.draws, wishes)
+        if _against(plain, one).level < plain.level - UNPROMISING:
+            continue
+        for _ in range(FITS):
+            pilot = one.pilot.fitted(layout, flights, wishes, one.draws.best)
+            one = _drawn(layout, flights, pilot, answers, prices, settings, rng, one.draws, wishes)
+        models.append(_against(plain, one))
+    return belief if len(models) == len(belief.pilots) else _weighed(layout, tuple(models), flights, answers, settings)
+
+
+def _against(plain: PilotBelief, richer: PilotBelief) -> PilotBelief:
+    """With a level that can be compared with those of plain wishes."""
+    return richer._replace(level=plain.level + richer.evidence - plain.evidence - RICHER_ODDS)
 
 
 def _drawn(  # noqa: PLR0913, PLR0917 - what a drawing takes
     layout: Layout, flights: Moves, pilot: Pilot, answers: tuple[SiteAnswer, ...], prices: Floats,
-    settings: SamplerSettings, rng: np.random.Generator, before: Draws | None,
+    settings: SamplerSettings, rng: np.random.Generator, before: Draws | None, wishes: Wishes = ALIKE,
 ) -> PilotBelief:
     """Maps under one model of the pilot, beginning where the last drawing ended."""
-    problem = problem_of(layout, flights, pilot, answers, prices)
-    starts = np.zeros((len(TEMPERATURES), layout.n_cells), dtype=np.uint8) if before is None else before.last.copy()
+    problem = problem_of(layout, flights, pilot, answers, prices, wishes)
+    starts = np.zeros((len(TEMPERATURES), wishes.n_places(layout)), dtype=np.uint8)
     if before is not None:
-        starts[1], starts[-1] = before.best, 0
+        n = before.last.shape[1]
+        starts[:, :n] = before.last
+        starts[1, :n], starts[-1] = before.best, 0
     draws = draw(problem, starts, settings.steps(layout), settings.maps, rng, fresh=before is None)
-    return PilotBelief(pilot, float(rounded(np.asarray(draws.log_posterior.mean()), 20)), 0.0, draws)
+    return PilotBelief(pilot, float(rounded(np.asarray(draws.log_posterior.mean()), 20)), 0.0, draws, wishes)
 
 
-def problem_of(layout: Layout, flights: Moves, pilot: Pilot, answers: tuple[SiteAnswer, ...], cell_price: Floats) -> Problem:
+def problem_of(
+    layout: Layout, flights: Moves, pilot: Pilot, answers: tuple[SiteAnswer, ...], cell_price: Floats, wishes: Wishes = ALIKE,
+) -> Problem:
     """What maps are judged by under one model of the pilot."""
     compiled = _compiled_answers(answers)
     asked = np.zeros(layout.n_states, dtype=np.uint8)
     asked[compiled.states] = 1
     relevant = asked.copy()
     relevant[flights.states] = 1
-    return Problem(layout, pilot.compiled(layout, flights), compiled, relevant, asked, cell_price, EDGE_PRICE)
+    moves = pilot.compiled(layout, flights, wishes.parts)
+    return Problem(layout, moves, compiled, relevant, asked, cell_price, EDGE_PRICE, wishes.compiled(pilot.entry_price))
 
 
 def _compiled_answers(answers: tuple[SiteAnswer, ...]) -> CompiledAnswers:
@@ -183,7 +249,7 @@ def _masks(answer: SiteAnswer) -> tuple[int, int]:
 
 
 def _weighed(
-    models: tuple[PilotBelief, ...], flights: Moves, answers: tuple[SiteAnswer, ...], settings: SamplerSettings,
+    layout: Layout, models: tuple[PilotBelief, ...], flights: Moves, answers: tuple[SiteAnswer, ...], settings: SamplerSettings,
 ) -> SiteBelief:
     """The maps of all models that are not far behind, each in proportion to its evidence."""
     kept = sorted(_within(models, HOPELESSLY_BEHIND), key=lambda one: -one.level)
@@ -192,9 +258,19 @@ def _weighed(
     weights = evidence / evidence.sum()
     kept = [one._replace(weight=float(weight)) for one, weight in zip(kept, weights, strict=True)]
     shares = [round(one.weight * settings.maps) for one in kept]
-    maps = np.concatenate([_spread(one.draws.maps, share) for one, share in zip(kept, shares, strict=True)])
-    doubting = np.concatenate([_spread(one.draws.doubting, max(1, share // 2)) for one, share in zip(kept, shares, strict=True)])
-    return SiteBelief(maps, doubting, tuple(kept), answers, flights)
+    maps = _together(layout, kept, [_spread(one.draws.maps, share) for one, share in zip(kept, shares, strict=True)])
+    halves = [_spread(one.draws.doubting, max(1, share // 2)) for one, share in zip(kept, shares, strict=True)]
+    return SiteBelief(maps, _together(layout, kept, halves), tuple(kept), answers, flights)
+
+
+def _together(layout: Layout, models: list[PilotBelief], maps: list[Bytes]) -> Bytes | Floats:
+    """Maps of several models in one array, in the simplest form that holds them."""
+    if all(one.wishes == ALIKE for one in models):
+        return np.concatenate(maps)
+    weights = [one.wishes.weights(layout, part) for one, part in zip(models, maps, strict=True)]
+    areas = max(part.shape[1] for part in weights)
+    every = np.concatenate([np.broadcast_to(part, (len(part), areas, layout.n_cells)) for part in weights])
+    return every[:, 0] if areas == 1 else every
 
 
 def _within(models: tuple[PilotBelief, ...], behind: float) -> tuple[PilotBelief, ...]:

@@ -9,7 +9,7 @@ from numba import njit
 
 from advise_ros.core.numerics import Floats, Ints
 from advise_ros.core.site.layout import Bytes, Int32s, Layout
-from advise_ros.core.site.pilots import MOST_LOSS, NO_MOVE, CompiledMoves
+from advise_ros.core.site.pilots import CompiledMoves
 from advise_ros.core.site.search import (
     CELL_BITS,
     CELL_MASK,
@@ -23,6 +23,7 @@ from advise_ros.core.site.search import (
     pop,
     push,
 )
+from advise_ros.core.site.wishes import CompiledWishes
 
 # Indices of a chain's log probabilities.
 PRIOR, MOVES, ANSWERS = 0, 1, 2
@@ -55,7 +56,8 @@ class Problem(NamedTuple):
         relevant: (states,) 1 where best actions matter: a move or an answer is there.
         asked: (states,) 1 where an answer is.
         cell_price: (cells,) log odds against a marked cell, before anything was seen.
-        edge_price: log odds against each edge between a marked cell and one that is not.
+        edge_price: log odds against each edge between cells of different levels.
+        wishes: what cells can be.
     """
 
     layout: Layout
@@ -65,21 +67,24 @@ class Problem(NamedTuple):
     asked: Bytes
     cell_price: Floats
     edge_price: float
+    wishes: CompiledWishes
 
 
 class Chain(NamedTuple):
     """A map and what follows from it; a change is noted in the journal and can be taken back.
 
     Attributes:
-        keep_out: (cells,) 1 for marked cells.
-        price: (cells,) of entering, in steps.
+        levels: (places,) what each cell is, 0 for plain.
+        holding: (areas, cells) what each is on the way to each waypoint; one area if they are the same for all.
+        price: (areas, cells) of entering.
         distance: (layers, cells) to each layer's waypoint.
         best: (states,) best actions, kept where relevant.
         fit: (states,) log likelihood of the moves in each state.
         total: (3,) log prior, likelihood of all moves, of all answers.
     """
 
-    keep_out: Bytes
+    levels: Bytes
+    holding: Bytes
     price: Ints
     distance: Ints
     best: Bytes
@@ -96,8 +101,9 @@ class Journal(NamedTuple):
         state_at, best_was, fit_was: states and values.
         touched: states to look at again.
         changed_in, touched_in: (states,) number of the change that last wrote the distance, touched the state.
-        heap, costs: scratch.
+        heap, costs, cells: scratch.
         total_was: (3,).
+        level_was: (places,) of those that were changed, in order.
     """
 
     size: Ints
@@ -111,48 +117,63 @@ class Journal(NamedTuple):
     touched_in: Ints
     heap: Ints
     costs: Ints
+    cells: Ints
     total_was: Floats
+    level_was: Bytes
 
 
 @njit(cache=True)
-def new_journal(states: int, cells: int) -> Journal:
-    """An empty journal for a site."""
+def new_journal(states: int, cells: int, places: int) -> Journal:
+    """An empty journal for a site and maps of so many places."""
     return Journal(
         np.zeros(4, np.int64), np.empty(states, np.int64), np.empty(states, np.int64), np.empty(states, np.int64),
         np.empty(states, np.uint8), np.empty(states, np.float64), np.empty(states, np.int64), np.zeros(states, np.int64),
         np.zeros(states, np.int64), np.empty(HEAP_PER_CELL * cells + HEAP_SPARE, np.int64),
-        np.empty(4, np.int64), np.zeros(3, np.float64),
+        np.empty(4, np.int64), np.empty(places, np.int64), np.zeros(3, np.float64), np.empty(places, np.uint8),
     )
 
 
 @njit(cache=True)
-def new_chain(problem: Problem, keep_out: Bytes) -> Chain:
-    """A chain at a map (cells,)."""
-    layout, moves = problem.layout, problem.moves
-    price = np.ones(len(keep_out), np.int64)
-    for cell in range(len(keep_out)):
-        if keep_out[cell]:
-            price[cell] = moves.entry_price
+def new_chain(problem: Problem, levels: Bytes) -> Chain:
+    """A chain at a map (places,)."""
+    layout, wishes = problem.layout, problem.wishes
+    n, states, marks = len(layout.beside), len(layout.acting), levels.copy()
+    areas = len(layout.waypoints) if wishes.own else 1
+    # With one map for all, what holds is the map itself.
+    holding = np.empty((areas, n), np.uint8) if wishes.own else marks.reshape((1, n))
+    price = np.empty((areas, n), np.int64)
+    for area in range(areas):
+        for cell in range(n):
+            holding[area, cell] = held(marks, wishes.own, n, area, cell)
+            price[area, cell] = wishes.price[holding[area, cell]]
     distance = all_distances(layout.moves, price, layout.waypoints)
-    states = len(layout.acting)
-    chain = Chain(keep_out.copy(), price, distance, np.zeros(states, np.uint8), np.zeros(states), np.zeros(3))
-    judge_states(problem, chain, new_journal(states, len(price)), np.arange(states), states)
-    chain.total[PRIOR] = log_prior(problem, keep_out)
+    chain = Chain(marks, holding, price, distance, np.zeros(states, np.uint8), np.zeros(states), np.zeros(3))
+    judge_states(problem, chain, new_journal(states, n, len(levels)), np.arange(states), states)
+    chain.total[PRIOR] = log_prior(problem, levels)
     chain.total[ANSWERS] = log_answers(problem, chain.best)
     return chain
 
 
 @njit(cache=True)
-def judge_soft(pull: Floats, total: float, log_normaliser: Floats, costs: Ints, least: int) -> float:
+def held(levels: Bytes, own: int, n: int, area: int, cell: int) -> int:
+    """What a cell is on the way to a waypoint: what is said of that way alone, else what is said of all."""
+    alone = levels[(1 + area) * n + cell] if own else 0
+    return alone if alone > 0 else levels[cell]
+
+
+@njit(cache=True)
+def judge_soft(
+    pull: Floats, total: float, log_normaliser: Floats, most_loss: int, costs: Ints, least: int,
+) -> float:
     """Log likelihood of a state's moves by what they lose."""
     lost, digits, place = 0.0, 0, 1
     for action in range(4):
-        loss = NO_MOVE
+        loss = most_loss + 1
         if costs[action] < FAR:
-            loss = min(costs[action] - least, MOST_LOSS)
+            loss = min(costs[action] - least, most_loss)
             lost += pull[action] * loss
         digits += loss * place
-        place *= NO_MOVE + 1
+        place *= most_loss + 2
     return -lost - total * log_normaliser[digits]
 
 
@@ -165,32 +186,34 @@ def judge_states(  # noqa: C901 - one hot loop
     Returns whether an answer is among the states that changed.
     """
     layout, compiled = problem.layout, problem.moves
-    moves, keep_out, price, distance = layout.moves, chain.keep_out, chain.price, chain.distance
+    moves, holding, prices, distance = layout.moves, chain.holding, chain.price, chain.distance
+    barred, own = problem.wishes.barred, problem.wishes.own
     relevant, asked, row, table = problem.relevant, problem.asked, compiled.row, compiled.table
     pull, total, log_normaliser, soft = compiled.pull, compiled.total, compiled.log_normaliser, compiled.soft
     best_of, fit_of = chain.best, chain.fit
     state_at, best_was, fit_was = journal.state_at, journal.best_was, journal.fit_was
-    n, costs, noted, answered, change = len(price), journal.costs, journal.size[1], False, 0.0
+    n, costs, noted, answered, change = prices.shape[1], journal.costs, journal.size[1], False, 0.0
     for at in range(count):
         state = states[at]
         if not relevant[state]:
             continue
         layer = state // n
         cell = state - layer * n
-        least = costs_of(moves, price, distance[layer], cell, costs)
+        area = layer if own else 0
+        least = costs_of(moves, prices[area], distance[layer], cell, costs)
         best = 0
         for action in range(4):
             if costs[action] == least and least < FAR:
                 best |= 1 << action
         fit = 0.0
         if row[state] and soft:
-            fit = judge_soft(pull[state], total[state], log_normaliser, costs, least)
+            fit = judge_soft(pull[state], total[state], log_normaliser, compiled.most_loss, costs, least)
         elif row[state]:
             entering = 0
-            if not keep_out[cell]:
+            if not barred[holding[area, cell]]:
                 for action in range(4):
                     there = moves[cell, action]
-                    if there >= 0 and keep_out[there]:
+                    if there >= 0 and barred[holding[area, there]]:
                         entering |= 1 << action
             fit = table[row[state], 16 * best + entering]
         if best_of[state] == best and fit_of[state] == fit:
@@ -206,36 +229,52 @@ def judge_states(  # noqa: C901 - one hot loop
 
 
 @njit(cache=True)
-def log_prior(problem: Problem, keep_out: Bytes) -> float:
-    """Few marked cells, and those together."""
+def log_prior(problem: Problem, levels: Bytes) -> float:
+    """Few marked cells, and those of a level together."""
     beside = problem.layout.beside
-    value = 0.0
-    for cell in range(len(keep_out)):
-        if keep_out[cell]:
-            value -= problem.cell_price[cell]
-            for action in range(4):
-                there = beside[cell, action]
-                if there >= 0 and not keep_out[there]:
-                    value -= problem.edge_price
+    n, value = len(beside), 0.0
+    for place in range(len(levels)):
+        level, first, cell = levels[place], place - place % n, place % n
+        value -= mark_odds(problem, place, level)
+        for action in range(2):
+            there = beside[cell, action]
+            if there >= 0 and levels[first + there] != level:
+                value -= problem.edge_price
     return value
 
 
 @njit(cache=True)
-def prior_change(problem: Problem, keep_out: Bytes, cells: Ints, count: int, marked: Bytes) -> float:
-    """By how much flipping `count` cells changes the log prior; `marked` (cells,) is scratch, all zero."""
+def mark_odds(problem: Problem, place: int, level: int) -> float:
+    """Log odds against a level of a place, before anything was seen."""
+    n = len(problem.cell_price)
+    if level == 0:
+        return 0.0
+    return problem.cell_price[place % n] + problem.wishes.odds[level] + (problem.wishes.own_odds if place >= n else 0.0)
+
+
+@njit(cache=True)
+def prior_change(
+    problem: Problem, levels: Bytes, places: Ints, values: Bytes, count: int, marked: Bytes,
+) -> float:
+    """By how much giving `count` places other levels changes the log prior; `marked` (places,) is scratch, all zero.
+
+    Places that change and are beside each other must stay different, or alike.
+    """
     beside = problem.layout.beside
+    n, value = len(beside), 0.0
     for at in range(count):
-        marked[cells[at]] = 1
-    value = 0.0
+        marked[places[at]] = 1
     for at in range(count):
-        cell = cells[at]
-        value += problem.cell_price[cell] if keep_out[cell] else -problem.cell_price[cell]
+        place = places[at]
+        was, wanted, first = levels[place], values[at], place - place % n
+        value += mark_odds(problem, place, was) - mark_odds(problem, place, wanted)
         for action in range(4):
-            there = beside[cell, action]
-            if there >= 0 and not marked[there]:
-                value += problem.edge_price if keep_out[there] != keep_out[cell] else -problem.edge_price
+            there = beside[place % n, action]
+            if there >= 0 and not marked[first + there]:
+                level = levels[first + there]
+                value += problem.edge_price * ((level != was) - 1.0 * (level != wanted))
     for at in range(count):
-        marked[cells[at]] = 0
+        marked[places[at]] = 0
     return value
 
 
@@ -275,31 +314,53 @@ def log_answers(problem: Problem, best: Bytes) -> float:
 
 
 @njit(cache=True)
-def flip(problem: Problem, chain: Chain, journal: Journal, cells: Ints, count: int) -> None:
-    """Mark or free `count` cells and bring all that follows up to date; `undo` takes it back."""
-    moves, waypoints, price, keep_out = problem.layout.moves, problem.layout.waypoints, chain.price, chain.keep_out
-    n = len(price)
+def change(problem: Problem, chain: Chain, journal: Journal, places: Ints, values: Bytes, count: int) -> None:
+    """Give `count` places other levels (count,) and bring all that follows up to date; `undo` takes it back."""
+    moves, waypoints, own = problem.layout.moves, problem.layout.waypoints, problem.wishes.own
+    n, changed = chain.price.shape[1], 0
     journal.size[:3] = 0
     journal.size[3] += 1
     journal.total_was[:] = chain.total
     for at in range(count):
-        cell = cells[at]
-        keep_out[cell] ^= 1
-        price[cell] = problem.moves.entry_price if keep_out[cell] else 1
+        journal.level_was[at] = chain.levels[places[at]]
+        chain.levels[places[at]] = values[at]
     for layer in range(len(waypoints)):
-        _repair(moves, price, chain.distance[layer], waypoints[layer], cells, count, layer * n, journal)
+        area = layer if own else 0
+        if own or layer == 0:
+            changed = _price_again(problem, chain, area, places, count, journal.cells)
+        if changed:
+            distance, goal = chain.distance[layer], waypoints[layer]
+            _repair(moves, chain.price[area], distance, goal, journal.cells, changed, layer * n, journal)
     if judge_states(problem, chain, journal, journal.touched, journal.size[2]):
         chain.total[ANSWERS] = log_answers(problem, chain.best)
 
 
 @njit(cache=True)
-def undo(problem: Problem, chain: Chain, journal: Journal, cells: Ints, count: int) -> None:
-    """Take the last flip back."""
-    n = len(chain.price)
+def _price_again(
+    problem: Problem, chain: Chain, area: int, places: Ints, count: int, cells: Ints,
+) -> int:
+    """What holds on the way to a waypoint after some levels changed; lists the cells whose price did, returns how many."""
+    wishes, n, changed = problem.wishes, chain.price.shape[1], 0
     for at in range(count):
-        cell = cells[at]
-        chain.keep_out[cell] ^= 1
-        chain.price[cell] = problem.moves.entry_price if chain.keep_out[cell] else 1
+        slot, cell = places[at] // n, places[at] % n
+        if slot != 0 and slot != area + 1:
+            continue
+        level = held(chain.levels, wishes.own, n, area, cell)
+        if chain.price[area, cell] != wishes.price[level]:
+            chain.holding[area, cell], chain.price[area, cell] = level, wishes.price[level]
+            cells[changed] = cell
+            changed += 1
+    return changed
+
+
+@njit(cache=True)
+def undo(problem: Problem, chain: Chain, journal: Journal, places: Ints, count: int) -> None:
+    """Take the last change back."""
+    n = chain.price.shape[1]
+    for at in range(count):
+        chain.levels[places[at]] = journal.level_was[at]
+    for area in range(len(chain.price)):
+        _price_again(problem, chain, area, places, count, journal.cells)
     for at in range(journal.size[0]):
         state = journal.distance_at[at]
         chain.distance[state // n, state % n] = journal.distance_was[at]

@@ -22,7 +22,9 @@ from scipy.special import logsumexp
 from advise_ros.core.grid.grid import N_ACTIONS
 from advise_ros.core.numerics import Bools, Floats, Ints
 from advise_ros.core.site.layout import Bytes, Int32s, Layout
-from advise_ros.core.site.search import FAR, all_distances
+from advise_ros.core.site.plan import PARTS, PRICE
+from advise_ros.core.site.search import FAR, all_distances, cheapest_sets
+from advise_ros.core.site.wishes import KEEP_OUT, Wishes
 
 # Moves of a state that count; more are scaled down to so many.
 MOST_MOVES = 10.0
@@ -30,11 +32,10 @@ MOST_MOVES = 10.0
 HABIT, MISTAKE, SLIP_BESIDE_MISTAKE = 0.9, 0.75, 0.02
 # What can't be flown or believed is not impossible: logs stay finite.
 HARDLY, NEVER = 1e-4, 1e-9
-# The price of entering a marked cell for a `Mistaken` person: he goes round if there is any way round.
+# The price of entering a cell to keep out of for a `Mistaken` person: he goes round if there is any way round.
 AVOID_AT_ALL_COST = 1000
-# A loss beyond so many steps counts as this one; one more stands for a move that can't be made.
+# A loss beyond so many steps counts as this one; one part of a step more stands for a move that can't be made.
 MOST_LOSS = 12
-NO_MOVE = MOST_LOSS + 1
 
 SETS = 1 << N_ACTIONS
 IN_SET = ((np.arange(SETS)[:, None] >> np.arange(N_ACTIONS)) & 1).astype(np.bool_)
@@ -78,20 +79,20 @@ class CompiledMoves(NamedTuple):
 
     Attributes:
         soft: 1: by what moves lose; 0: by which are right.
-        entry_price: of a marked cell, in steps.
         row: (states,) line of `table`, and of nothing where it is 0.
         table: (k + 1, 256) log likelihood by 16 * best actions + actions that enter a marked cell.
         pull: (states, 4) counts / temperature.
         total: (states,) counts.
-        log_normaliser: (14**4,) by the losses of the four actions, as digits to the base 14.
+        most_loss: that counts, in the parts of a step in which prices are.
+        log_normaliser: by the losses of the four actions, as digits to the base most_loss + 2.
     """
 
     soft: int
-    entry_price: int
     row: Int32s
     table: Floats
     pull: Floats
     total: Floats
+    most_loss: int
     log_normaliser: Floats
 
 
@@ -115,7 +116,7 @@ class Mistaken:
     def entry_price(self) -> int:
         return 1 + AVOID_AT_ALL_COST
 
-    def compiled(self, layout: Layout, moves: Moves) -> CompiledMoves:
+    def compiled(self, layout: Layout, moves: Moves, parts: int) -> CompiledMoves:  # noqa: ARG002 - as of `Soft`
         """The table of likelihoods; one row for all states in which the same moves were flown."""
         table = np.zeros((len(moves.states) + 1, SETS * SETS))
         for code in np.unique(_code(moves.flyable)):
@@ -126,11 +127,11 @@ class Mistaken:
             terms = counts @ logs.reshape(-1, N_ACTIONS).T + weights.ravel()
             likelihoods = rounded(logsumexp(terms.reshape(len(counts), *weights.shape), axis=2))
             table[1 + rows] = _spread_over_codes(likelihoods, best, entering)[which.ravel()]
-        return _compiled(layout, moves, entry_price=self.entry_price, table=table)
+        return _compiled(layout, moves, table=table)
 
-    def fitted(self, layout: Layout, moves: Moves, keep_out: Bytes) -> Mistaken:
+    def fitted(self, layout: Layout, moves: Moves, wishes: Wishes, levels: Bytes) -> Mistaken:
         """The slips and the share of mistakes that make the moves likeliest if this map is the true one; the first of equals."""
-        best, entering = _situations(layout, moves, keep_out, self.entry_price)
+        best, entering = _situations(layout, moves, wishes, levels, self.entry_price)
         return max(self._others(), key=lambda other: other._log_likelihood(moves, best, entering))
 
     def _others(self) -> Iterator[Mistaken]:
@@ -181,23 +182,25 @@ class Soft:
     def entry_price(self) -> int:
         return 1 + self.price
 
-    def compiled(self, layout: Layout, moves: Moves) -> CompiledMoves:
-        """Counts and normalisers."""
+    def compiled(self, layout: Layout, moves: Moves, parts: int) -> CompiledMoves:
+        """Counts and normalisers, where prices are in so many parts of a step."""
         pull, total = np.zeros((layout.n_states, N_ACTIONS)), np.zeros(layout.n_states)
-        pull[moves.states] = rounded(moves.counts / self.temperature)
+        pull[moves.states] = rounded(moves.counts / (self.temperature * parts))
         total[moves.states] = moves.counts.sum(axis=1)
-        normaliser = _normaliser(self.temperature)
-        return _compiled(layout, moves, entry_price=self.entry_price, pull=pull, total=total, log_normaliser=normaliser)
+        most = MOST_LOSS * parts
+        normaliser = _log_normaliser(_every_loss(most), self.temperature * parts, most)
+        return _compiled(layout, moves, pull=pull, total=total, most_loss=most, log_normaliser=normaliser)
 
-    def fitted(self, layout: Layout, moves: Moves, keep_out: Bytes) -> Soft:
+    def fitted(self, layout: Layout, moves: Moves, wishes: Wishes, levels: Bytes) -> Soft:
         """The temperature and price that make the moves likeliest if this map is the true one; the first of equals."""
-        best, top = self, -np.inf
+        best, top, most = self, -np.inf, MOST_LOSS * wishes.parts
+        total = moves.counts.sum(axis=1)
         for price in PRICES:
-            losses = _losses(layout, moves, keep_out, 1 + price)
+            losses = _losses(layout, moves, wishes, levels, 1 + price)
+            weighed = (moves.counts * np.where(losses > most, 0, losses)).sum(axis=1)
             for temperature in TEMPERATURES:
-                normaliser = _normaliser(temperature)[losses @ (NO_MOVE + 1) ** np.arange(N_ACTIONS)]
-                weighed = (moves.counts * np.where(losses == NO_MOVE, 0, losses)).sum(axis=1) / temperature
-                likelihood = float(-rounded(weighed + moves.counts.sum(axis=1) * normaliser).sum())
+                scale = temperature * wishes.parts
+                likelihood = float(-rounded(weighed / scale + total * _log_normaliser(losses, scale, most)).sum())
                 if likelihood > top:
                     best, top = replace(self, temperature=temperature, price=price), likelihood
         return best
@@ -208,17 +211,23 @@ Pilot = Mistaken | Soft
 PILOTS: tuple[Pilot, ...] = (Mistaken('shy', 0.1), Mistaken('bold', 1.0), Soft())
 
 
-def _normaliser(temperature: float) -> Floats:
-    weights = np.append(np.exp(-np.arange(MOST_LOSS + 1) / temperature), 0.0)
-    digits = np.arange((NO_MOVE + 1) ** N_ACTIONS)[:, None] // (NO_MOVE + 1) ** np.arange(N_ACTIONS) % (NO_MOVE + 1)
-    return rounded(np.log(np.maximum(weights[digits].sum(axis=1), NEVER)), 20)
+def _log_normaliser(losses: Ints, temperature: float, most: int) -> Floats:
+    """(m,) log sums of exp(-loss / temperature) over the actions (m, 4) that can be made, those that lose at most `most`."""
+    weights = np.append(np.exp(-np.arange(most + 1) / temperature), 0.0)
+    return rounded(np.log(np.maximum(weights[losses].sum(axis=1), NEVER)), 20)
+
+
+def _every_loss(most: int) -> Ints:
+    """((most + 2)**4, 4) losses of four actions, the first one counting up first."""
+    base = most + 2
+    return np.arange(base**N_ACTIONS)[:, None] // base ** np.arange(N_ACTIONS) % base
 
 
 def _compiled(layout: Layout, moves: Moves, **given: object) -> CompiledMoves:
     row = np.zeros(layout.n_states, dtype=np.int32)
     row[moves.states] = 1 + np.arange(len(moves.states))
     empty = CompiledMoves(
-        int('pull' in given), 0, row, np.zeros((1, SETS * SETS)), np.zeros((1, N_ACTIONS)), np.zeros(1), np.zeros(1),
+        int('pull' in given), row, np.zeros((1, SETS * SETS)), np.zeros((1, N_ACTIONS)), np.zeros(1), 0, np.zeros(1),
     )
     return empty._replace(**given)  # type: ignore[arg-type]
 
@@ -251,25 +260,39 @@ def _spread_over_codes(likelihoods: Floats, best: Ints, entering: Ints) -> Float
     return table
 
 
-def _costs(layout: Layout, states: Ints, keep_out: Bytes, entry_price: int) -> Ints:
-    """(k, 4) what each action of k states costs to the next waypoint when a marked cell costs `entry_price`."""
-    price = np.where(keep_out > 0, entry_price, 1).astype(np.int64)
+def _costs(layout: Layout, states: Ints, holding: Bytes, prices: Ints) -> Ints:
+    """(k, 4) what each action of k states costs to the next waypoint, by levels (areas, cells) and their prices."""
+    price = prices[holding]
     distance = all_distances(layout.moves, price, layout.waypoints)
     layer, there = states // layout.n_cells, layout.moves[states % layout.n_cells]
-    return np.where(there >= 0, distance[layer[:, None], there] + price[there], FAR)
+    area = np.minimum(layer, len(price) - 1)
+    return np.where(there >= 0, distance[layer[:, None], there] + price[area[:, None], there], FAR)
 
 
-def _situations(layout: Layout, moves: Moves, keep_out: Bytes, entry_price: int) -> tuple[Bools, Bools]:
-    """Which actions (k, 4) are best in the visited states, and which enter a marked cell from outside."""
-    costs = _costs(layout, moves.states, keep_out, entry_price)
-    cells = moves.states % layout.n_cells
-    there = layout.moves[cells]
-    entering = (there >= 0) & (keep_out[there] > 0) & (keep_out[cells] == 0)[:, None]
+def _situations(layout: Layout, moves: Moves, wishes: Wishes, levels: Bytes, entry_price: int) -> tuple[Bools, Bools]:
+    """Which actions (k, 4) are best in the visited states, and which enter a cell to keep out of from outside."""
+    holding = wishes.levels(layout, levels)
+    costs = _costs(layout, moves.states, holding, wishes.prices(entry_price))
+    layer, cells = np.divmod(moves.states, layout.n_cells)
+    barred, area, there = holding == KEEP_OUT, np.minimum(layer, len(holding) - 1), layout.moves[cells]
+    entering = (there >= 0) & barred[area[:, None], there] & ~barred[area, cells][:, None]
     return costs == costs.min(axis=1, keepdims=True), entering
 
 
-def _losses(layout: Layout, moves: Moves, keep_out: Bytes, entry_price: int) -> Ints:
-    """(k, 4) what each action loses against the best, at most MOST_LOSS; NO_MOVE where it can't be made."""
-    costs = _costs(layout, moves.states, keep_out, entry_price)
-    losses = np.minimum(costs - costs.min(axis=1, keepdims=True), MOST_LOSS)
-    return np.where(moves.flyable, losses, NO_MOVE)
+def _losses(layout: Layout, moves: Moves, wishes: Wishes, levels: Bytes, entry_price: int) -> Ints:
+    """(k, 4) what each action loses against the best, at most MOST_LOSS; one part of a step more where it can't be made."""
+    costs = _costs(layout, moves.states, wishes.levels(layout, levels), wishes.prices(entry_price))
+    most = MOST_LOSS * wishes.parts
+    return np.where(moves.flyable, np.minimum(costs - costs.min(axis=1, keepdims=True), most), most + 1)
+
+
+def best_sets(layout: Layout, maps: Floats | Bytes) -> Bytes:
+    """(m, states) actions of the ways that a person flies who keeps out if there is any way round, for each of m maps.
+
+    Args:
+        layout: the site and the route.
+        maps: (m, cells) or (m, layers, cells) weights of the cells: 1 for one to keep out of.
+    """
+    maps = maps.reshape(len(maps), -1, layout.n_cells)
+    steps = np.where(maps >= 1.0, 1.0 + AVOID_AT_ALL_COST, 1.0 + PRICE * maps)
+    return cheapest_sets(layout.moves, np.round(PARTS * steps).astype(np.int64), layout.waypoints)

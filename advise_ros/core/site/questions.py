@@ -12,8 +12,8 @@ from advise_ros.core.site.belief import SiteBelief
 from advise_ros.core.site.chain import answer_code
 from advise_ros.core.site.dispute import MOST_CELLS, Dispute, dispute_of
 from advise_ros.core.site.layout import Bytes, Int32s, Layout
+from advise_ros.core.site.pilots import best_sets
 from advise_ros.core.site.plan import highest, least_steps, lowest, plan, route
-from advise_ros.core.site.search import optimal_sets
 
 # Pieces of ways have so many cells, or run to the next turn.
 PIECES = (2, 3, 4, 6)
@@ -23,8 +23,6 @@ MAPS_FLOWN, MOST_CANDIDATES = 30, 400
 ASKED_BEFORE, PER_CELL = 0.9, 1e-3
 # A person grasps a few cells more easily than one: of pieces that tell the same, so many cells are asked about.
 GRASPED = 3
-# An expert's map forbids: what a marked cell costs him to enter.
-FORBIDDEN = 1001
 
 
 class SiteQuestion(NamedTuple):
@@ -53,7 +51,7 @@ def next_question(
         unwanted: states of questions that the person does not want to hear again, nor others that tell the same.
     """
     asking = np.concatenate([belief.maps[::2], belief.doubting])
-    sets = optimal_sets(layout.moves, asking, layout.waypoints, FORBIDDEN)
+    sets = best_sets(layout, asking)
     differs = (sets != sets[0]).any(axis=0)
     refused = {_partition(sets, piece).tobytes() for piece in unwanted}
     pieces = [piece for piece in _candidates(layout, belief, asking, sets, rng) if differs[list(piece)].any()]
@@ -84,7 +82,7 @@ def _candidates(
     rows = np.sort(np.unique(asking, axis=0, return_index=True)[1])
     if len(rows) > MAPS_FLOWN:
         rows = np.sort(rng.choice(rows, MAPS_FLOWN, replace=False))
-    ways = [plan(layout, belief.keep_out).greedy, *lowest(sets[rows]), *highest(sets[rows[:10]])]
+    ways = [plan(layout, belief.expected).greedy, *lowest(sets[rows]), *highest(sets[rows[:10]])]
     pieces: dict[tuple[int, ...], None] = {}
     for greedy in ways:
         for run in _straight(layout, route(layout, greedy), greedy):

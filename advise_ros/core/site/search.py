@@ -109,24 +109,35 @@ def costs_of(moves: Int32s, price: Ints, distance: Ints, cell: int, costs: Ints)
 
 @njit(cache=True)
 def all_distances(moves: Int32s, price: Ints, waypoints: Int32s) -> Ints:
-    """(layers, cells) distance to each layer's waypoint; prices (cells,) hold for all layers."""
-    n = len(price)
+    """(layers, cells) distance to each layer's waypoint.
+
+    Args:
+        moves: (cells, 4) cells that can be entered, -1 for none.
+        price: (layers, cells) of entering each on the way to each waypoint; (cells,) or (1, cells): the same for all.
+        waypoints: (layers,) cells.
+    """
+    prices = np.atleast_2d(price)
+    n = prices.shape[1]
     distance = np.empty((len(waypoints), n), dtype=np.int64)
     heap = np.empty(HEAP_PER_CELL * n + HEAP_SPARE, dtype=np.int64)
     for layer in range(len(waypoints)):
-        distances_to(moves, price, waypoints[layer], distance[layer], heap)
+        distances_to(moves, prices[layer if len(prices) > 1 else 0], waypoints[layer], distance[layer], heap)
     return distance
 
 
 @njit(cache=True)
 def best_actions(moves: Int32s, price: Ints, distance: Ints) -> Bytes:
-    """(layers * cells,) the actions that lie on a cheapest way, as a sum of 1 << action; 0 where there is none."""
+    """(layers * cells,) the actions that lie on a cheapest way, as a sum of 1 << action; 0 where there is none.
+
+    Prices are as of `all_distances`.
+    """
+    prices = np.atleast_2d(price)
     layers, n = distance.shape
     best = np.zeros(layers * n, dtype=np.uint8)
     costs = np.empty(4, dtype=np.int64)
     for layer in range(layers):
         for cell in range(n):
-            least = costs_of(moves, price, distance[layer], cell, costs)
+            least = costs_of(moves, prices[layer if len(prices) > 1 else 0], distance[layer], cell, costs)
             if least >= FAR:
                 continue
             for action in range(4):
@@ -136,13 +147,14 @@ def best_actions(moves: Int32s, price: Ints, distance: Ints) -> Bytes:
 
 
 @njit(cache=True)
+def cheapest_sets(moves: Int32s, prices: Ints, waypoints: Int32s) -> Bytes:
+    """(m, layers * cells) best actions under each of m prices (m, layers or 1, cells) of entering cells."""
+    sets = np.empty((len(prices), len(waypoints) * prices.shape[2]), dtype=np.uint8)
+    for row in range(len(prices)):
+        sets[row] = best_actions(moves, prices[row], all_distances(moves, prices[row], waypoints))
+    return sets
+
+
 def optimal_sets(moves: Int32s, maps: Bytes, waypoints: Int32s, entry_price: int) -> Bytes:
     """(m, layers * cells) best actions under each of m maps (m, cells), entering a marked cell at `entry_price`."""
-    m, n = maps.shape
-    sets = np.empty((m, len(waypoints) * n), dtype=np.uint8)
-    price = np.empty(n, dtype=np.int64)
-    for row in range(m):
-        for cell in range(n):
-            price[cell] = entry_price if maps[row, cell] else 1
-        sets[row] = best_actions(moves, price, all_distances(moves, price, waypoints))
-    return sets
+    return cheapest_sets(moves, np.where(maps > 0, entry_price, 1).astype(np.int64)[:, None], waypoints)

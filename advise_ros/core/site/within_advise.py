@@ -65,14 +65,20 @@ def _answers(advice: AdviceState) -> tuple[SiteAnswer, ...]:
     return tuple(SiteAnswer(one.states, one.preferred, one.avoided) for one in answers_of(advice))
 
 
-def imitate(grid: Grid, belief: SiteBelief, advice: AdviceState) -> Imitated:
+def imitate(grid: Grid, belief: SiteBelief, advice: AdviceState, slip: float = 0.0) -> Imitated:
     """The believed action of every state, and the advice as far as the belief bears it out.
 
     An answer that all else speaks against is outvoted in the belief already; a row of the program would bring it back. And an
     answer about several states prefers what is right in most of them: in each it stands for what is believed right there.
+
+    Args:
+        grid: the site and the route.
+        belief: what is believed of it.
+        advice: what was answered.
+        slip: probability that wind makes another move than the one chosen.
     """
     layout = layout_of(grid)
-    way = plan(layout, belief.keep_out)
+    way = plan(layout, belief.expected, slip)
     favourite = np.where((layout.acting > 0) & (way.best > 0), way.greedy, -1)
     right = np.where(favourite >= 0, way.best, 0)
     return Imitated(favourite, tuple(part for record in advice.followed for part in _borne_out(record, right)))
@@ -110,4 +116,4 @@ def compile_loops(grid: Grid) -> None:
     nothing = advice_state(())
     belief = belief_of(grid, counts, nothing, 0)
     ask(grid, belief, nothing, 0)
-    imitate(grid, tell(layout_of(grid), belief, SiteAnswer((0,), (0,), (2,)), np.random.default_rng(0)), nothing)
+    imitate(grid, tell(layout_of(grid), belief, SiteAnswer((0,), (0,), (2,)), np.random.default_rng(0)), nothing, slip=0.1)

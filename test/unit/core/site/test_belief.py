@@ -18,6 +18,7 @@ from advise_ros.core.site.pilots import PILOTS, moves_of
 from advise_ros.core.site.plan import plan
 from advise_ros.core.site.questions import next_question
 from advise_ros.core.site.tempering import TEMPERATURES, draw
+from advise_ros.core.site.wishes import ALIKE, GRADED, ONE_WAYPOINT, Wishes
 from advise_ros.experiments.sites import expert_of, flights_of, judge, pilot_of, random_site, site_with
 
 # A road of one cell's width through the middle, open at its north end: a row of cells that the map does not tell of.
@@ -25,20 +26,23 @@ GRID = Grid(2.0, 6, 6, (0.0, 0.0), 5.0, (5, 35, 30, 0))
 
 
 @pytest.mark.parametrize('pilot', PILOTS, ids=lambda pilot: pilot.name)
-def test_maps_are_drawn_as_often_as_they_are_likely(pilot: object) -> None:
-    grid = Grid(1.0, 3, 3, (0.0, 0.0), 5.0, (2, 6))
+@pytest.mark.parametrize('wishes', [ALIKE, GRADED, ONE_WAYPOINT], ids=lambda wishes: wishes.name)
+def test_maps_are_drawn_as_often_as_they_are_likely(pilot: object, wishes: Wishes) -> None:
+    edge = 3 if wishes == ALIKE else 2
+    grid = Grid(1.0, 3, edge, (0.0, 0.0), 5.0, (2, 3 * edge - 3))
     layout, rng = layout_of(grid), np.random.default_rng(1)
     taken = rng.poisson(1.0, (layout.n_states, 4)) * (layout.acting > 0)[:, None]
-    problem = problem_of(layout, moves_of(layout, taken), pilot, (), np.full(9, 0.8))
-    free = np.flatnonzero(layout.open_cells == 0)
-    maps = np.zeros((2 ** len(free), 9), dtype=np.uint8)
-    maps[:, free] = list(product((0, 1), repeat=len(free)))
+    problem = problem_of(layout, moves_of(layout, taken), pilot, (), np.full(grid.n_cells, 0.8), wishes)
+    free = np.flatnonzero(np.resize(layout.open_cells, wishes.n_places(layout)) == 0)
+    kinds = range(len(problem.wishes.price))
+    maps = np.zeros((len(kinds) ** len(free), wishes.n_places(layout)), dtype=np.uint8)
+    maps[:, free] = list(product(kinds, repeat=len(free)))
     levels = np.array([new_chain(problem, one).total.sum() for one in maps])
     exact = np.exp(levels - levels.max()) / np.exp(levels - levels.max()).sum()
-    draws = draw(problem, np.zeros((len(TEMPERATURES), 9), dtype=np.uint8), 400_000, 4000, rng, fresh=True)
-    drawn = draws.maps.mean(axis=0)
-    assert np.abs(drawn - exact @ maps).max() < 0.06
-    assert np.array_equal(draws.best, maps[levels.argmax()])
+    draws = draw(problem, np.zeros((len(TEMPERATURES), maps.shape[1]), dtype=np.uint8), 400_000, 4000, rng, fresh=True)
+    for level in kinds:
+        assert np.abs((draws.maps == level).mean(axis=0) - exact @ (maps == level)).max() < 0.06
+    assert levels.max() == new_chain(problem, draws.best).total.sum()
 
 
 def learnt(seed: int, kind: str = 'errs') -> tuple[object, SiteBelief]:
