@@ -39,7 +39,7 @@ def test_maps_are_drawn_as_often_as_they_are_likely(pilot: object, wishes: Wishe
     maps[:, free] = list(product(kinds, repeat=len(free)))
     levels = np.array([new_chain(problem, one).total.sum() for one in maps])
     exact = np.exp(levels - levels.max()) / np.exp(levels - levels.max()).sum()
-    draws = draw(problem, np.zeros((len(TEMPERATURES), maps.shape[1]), dtype=np.uint8), 400_000, 4000, rng, fresh=True)
+    draws = draw(problem, np.zeros((len(TEMPERATURES), maps.shape[1]), dtype=np.uint8), 200_000, 4000, rng, fresh=True)
     for level in kinds:
         assert np.abs((draws.maps == level).mean(axis=0) - exact @ (maps == level)).max() < 0.06
     assert levels.max() == new_chain(problem, draws.best).total.sum()
