@@ -37,11 +37,13 @@ class SamplerSettings:
     Attributes:
         steps_per_cell, least_steps: proposals a model of the pilot, each time that maps are drawn.
         maps: maps that a belief holds.
+        richer: whether kinds of wishes beside cells to keep out of are looked for.
     """
 
     steps_per_cell: int = 50
     least_steps: int = 12_000
     maps: int = 100
+    richer: bool = True
 
     def shorter(self, share: float) -> SamplerSettings:
         """For a share of the steps."""
@@ -132,7 +134,8 @@ def believe(
     settings = settings or SamplerSettings()
     prices = _prices(layout, cell_price)
     belief = _first(layout, moves_of(layout, taken), prices, settings, rng)
-    belief = _with_richer(layout, belief, (GRADED,), prices, settings, rng)
+    if settings.richer:
+        belief = _with_richer(layout, belief, (GRADED,), prices, settings, rng)
     for answer in answers:
         belief = tell(layout, belief, answer, rng, settings, cell_price)
     return belief
@@ -152,7 +155,7 @@ def tell(
     again = [one if plain is None or one.wishes == ALIKE else _against(plain, one) for one in again]
     told = _weighed(layout, tuple(again), belief.flights, answers, settings)
     plain = next((one for one in told.pilots if one.wishes == ALIKE), None)
-    if plain is None or plain.draws.answers > CONTRADICTED:
+    if plain is None or plain.draws.answers > CONTRADICTED or not settings.richer:
         return told
     kinds = tuple(one for one in (GRADED, ONE_WAYPOINT) if one.name not in {model.wishes.name for model in told.pilots})
     return _with_richer(layout, told, kinds, prices, settings, rng)
