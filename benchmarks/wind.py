@@ -14,11 +14,12 @@ import argparse
 import numpy as np
 
 from advise_ros.core.demonstrations.action_counts import count
+from advise_ros.core.people.known_site import Site, judge
 from advise_ros.core.people.simulated_pilot import SimulatedPilot
 from advise_ros.core.site.belief import believe
 from advise_ros.core.site.layout import layout_of
 from advise_ros.core.site.plan import plan
-from advise_ros.experiments.sites import SIZES, Site, flights_of, judge, pilot_of, random_site
+from advise_ros.experiments.sites import SIZES, flights_of, pilot_of, random_site
 from advise_ros.experiments.wind import BlownPilot, success_in_wind
 
 SLIPS = (0.0, 0.1, 0.2)

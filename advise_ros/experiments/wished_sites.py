@@ -10,12 +10,14 @@ import numpy as np
 from advise_ros.core.errors import InputError
 from advise_ros.core.grid.grid import Grid
 from advise_ros.core.numerics import Floats, Ints
+from advise_ros.core.people.known_site import Site
 from advise_ros.core.planning.process import occurring
+from advise_ros.core.planning.rollout import Rollout, rollout
 from advise_ros.core.site.layout import Bytes, layout_of
 from advise_ros.core.site.pilots import AVOID_AT_ALL_COST, IN_SET, best_sets
 from advise_ros.core.site.plan import PRICE, highest, lowest
 from advise_ros.core.site.wishes import CORRIDOR_SAVES
-from advise_ros.experiments.sites import Site, Size, _hidden_areas, _random_grid, _walk
+from advise_ros.experiments.sites import Size, _hidden_areas, _random_grid
 
 WISHES = ('nothing', 'keep-out', 'dear', 'corridor', 'one-waypoint')
 SIZE = Size(10, 5)
@@ -50,29 +52,30 @@ def wished_site(wish: str, rng: np.random.Generator, size: Size = SIZE) -> tuple
 
 def extra_steps(site: Site, weights: Floats, greedy: Ints) -> float:
     """What a flight by greedy actions (states,) costs more than the best one; infinite where it does not arrive."""
-    states = _walk(site.grid, greedy, site.grid.n_states)
-    if states[-1] != site.grid.goal_state:
-        return np.inf
-    best = _walk(site.grid, site.right.argmax(axis=1), site.grid.n_states)
-    return _cost(site.grid, weights, states) - _cost(site.grid, weights, best)
+    flight, best = _flown(site.grid, greedy), _flown(site.grid, site.right.argmax(axis=1))
+    return _cost(site.grid, weights, flight) - _cost(site.grid, weights, best) if flight.reached else np.inf
 
 
-def _cost(grid: Grid, weights: Floats, states: list[int]) -> float:
+def _flown(grid: Grid, greedy: Ints) -> Rollout:
+    return rollout(grid, greedy.tolist(), grid.start_state(), grid.n_states)
+
+
+def _cost(grid: Grid, weights: Floats, flight: Rollout) -> float:
     """Steps, and what the cells that are entered are worth on the way to the waypoint that is then next."""
-    layers = np.array(states[:-1]) // grid.n_cells
-    entered = weights[layers, np.array(states[1:]) % grid.n_cells]
+    states = np.array(flight.states)
+    entered = weights[states[:-1] // grid.n_cells, states[1:] % grid.n_cells]
     return float(np.where(entered >= 1.0, 1.0 + AVOID_AT_ALL_COST, 1.0 + PRICE * entered).sum())
 
 
 def _site(grid: Grid, weights: Floats) -> Site:
     right = IN_SET[best_sets(layout_of(grid), weights[None])[0]] & occurring(grid)[:, None]
     keep_out: Bytes = np.any(weights >= 1.0, axis=0).astype(np.uint8)
-    return Site(grid, keep_out, right, len(_walk(grid, right.argmax(axis=1), grid.n_states)) - 1)
+    return Site(grid, keep_out, right, _flown(grid, right.argmax(axis=1)).steps)
 
 
 def _at_stake(site: Site, weights: Floats) -> bool:
     """Whether the right way enters nothing that is forbidden, and neither of two shortest ways is good."""
-    right = _cost(site.grid, weights, _walk(site.grid, site.right.argmax(axis=1), site.grid.n_states))
+    right = _cost(site.grid, weights, _flown(site.grid, site.right.argmax(axis=1)))
     direct = best_sets(layout_of(site.grid), np.zeros((1, site.grid.n_cells)))[0]
     return right < AVOID_AT_ALL_COST and all(extra_steps(site, weights, way(direct)) >= AT_STAKE for way in (lowest, highest))
 

@@ -116,7 +116,7 @@ class Mistaken:
     def entry_price(self) -> int:
         return 1 + AVOID_AT_ALL_COST
 
-    def compiled(self, layout: Layout, moves: Moves, parts: int) -> CompiledMoves:  # noqa: ARG002 - as of `Soft`
+    def compiled(self, layout: Layout, moves: Moves, parts: int) -> CompiledMoves:
         """The table of likelihoods; one row for all states in which the same moves were flown."""
         table = np.zeros((len(moves.states) + 1, SETS * SETS))
         for code in np.unique(_code(moves.flyable)):

@@ -38,7 +38,9 @@ def belief_of(grid: Grid, counts: Counts, advice: AdviceState, seed: int, prior:
     """
     answers = _answers(advice)
     belief = _remembered(BeliefKey(grid, counts.taken.astype(np.int64).tobytes(), seed, prior), answers)
-    return replace(belief, answers=answers)  # Those of this route: their states are its own.
+    # Answers and layers of this route, which are the last: their states are its own.
+    maps, doubting = (each if each.ndim == 2 else each[:, -grid.n_layers :] for each in (belief.maps, belief.doubting))
+    return replace(belief, maps=maps, doubting=doubting, answers=answers)
 
 
 class BeliefKey(NamedTuple):
