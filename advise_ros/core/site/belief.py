@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -21,9 +21,9 @@ RIGHT, OTHERWISE, WRONG_ANSWERS = 0.9, 0.1, 30
 CELL_PRICE, EDGE_PRICE = 0.8, 0.4
 # Models of the pilot that explain the moves worse by more than this [nat] are dropped; earlier, before the last fit, by more.
 HOPELESSLY_BEHIND, BEHIND_BEFORE_LAST_FIT = 15.0, 45.0
-# Log odds against a richer kind of wishes, before anything was seen. A first look of so many steps decides whether it is
-# looked at closely: not if it is further behind than this [nat].
-RICHER_ODDS, FIRST_LOOK, UNPROMISING = 4.0, 0.5, 1.0
+# Log odds against a richer kind of wishes, before anything was seen. It is looked at closely, and the pilot fitted to it, if
+# it is not further behind than this after a first drawing [nat].
+RICHER_ODDS, UNPROMISING = 4.0, 3.0
 # Answers that the maps fit worse than this [nat] say that there may be a richer wish.
 CONTRADICTED = -2.0
 # How often the models of the pilot are fitted to the moves, and the maps drawn anew.
@@ -44,10 +44,6 @@ class SamplerSettings:
     least_steps: int = 12_000
     maps: int = 100
     richer: bool = True
-
-    def shorter(self, share: float) -> SamplerSettings:
-        """For a share of the steps."""
-        return replace(self, steps_per_cell=int(share * self.steps_per_cell), least_steps=int(share * self.least_steps))
 
     def steps(self, layout: Layout) -> int:
         """Proposals for a site."""
@@ -191,7 +187,7 @@ def _with_richer(
     plain, flights, answers = next(one for one in belief.pilots if one.wishes == ALIKE), belief.flights, belief.answers
     models = list(belief.pilots)
     for wishes in kinds:
-        one = _drawn(layout, flights, plain.pilot, answers, prices, settings.shorter(FIRST_LOOK), rng, plain.draws, wishes)
+        one = _drawn(layout, flights, plain.pilot, answers, prices, settings, rng, plain.draws, wishes)
         if _against(plain, one).level < plain.level - UNPROMISING:
             continue
         for _ in range(FITS):
