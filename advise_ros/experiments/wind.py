@@ -9,7 +9,7 @@ import numpy as np
 from advise_ros.core.numerics import Ints
 from advise_ros.core.people.known_site import LONGEST, Site
 from advise_ros.core.people.simulated_pilot import SimulatedPilot
-from advise_ros.core.planning.expected_success import expected_success
+from advise_ros.core.planning.rollout import expected_success
 from advise_ros.core.site.layout import layout_of
 
 
