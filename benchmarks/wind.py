@@ -13,7 +13,7 @@ import argparse
 
 import numpy as np
 
-from advise_ros.core.demonstrations.action_counts import count
+from advise_ros.core.demonstrations.demonstration import count
 from advise_ros.core.people.known_site import Site, judge
 from advise_ros.core.people.simulated_pilot import SimulatedPilot
 from advise_ros.core.site.belief import believe

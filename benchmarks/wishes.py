@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from advise_ros.core.advice.advice import Query
-from advise_ros.core.demonstrations.action_counts import count
+from advise_ros.core.demonstrations.demonstration import count
 from advise_ros.core.site.belief import SamplerSettings, SiteAnswer, SiteBelief, believe, tell
 from advise_ros.core.site.layout import layout_of
 from advise_ros.core.site.plan import plan

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from advise_ros.core.demonstrations.action_counts import count
+from advise_ros.core.demonstrations.demonstration import count
 from advise_ros.core.errors import InputError
 from advise_ros.core.site.belief import SiteBelief, believe
 from advise_ros.core.site.layout import layout_of
