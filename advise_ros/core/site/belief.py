@@ -11,6 +11,7 @@ from advise_ros.core.numerics import Floats, Ints
 from advise_ros.core.site.chain import CompiledAnswers, Problem
 from advise_ros.core.site.layout import Bytes, Layout
 from advise_ros.core.site.pilots import PILOTS, Moves, Pilot, moves_of, rounded
+from advise_ros.core.site.plan import barred
 from advise_ros.core.site.tempering import TEMPERATURES, Draws, draw
 from advise_ros.core.site.wishes import ALIKE, GRADED, ONE_WAYPOINT, Wishes
 
@@ -108,8 +109,7 @@ class SiteBelief:
     @property
     def keep_out(self) -> Floats:
         """(cells,) probability that the person wants the cell kept out of, on the way to one waypoint at least."""
-        barred = self.maps >= 1.0
-        share: Floats = (barred.any(axis=1) if self.maps.ndim > 2 else barred).mean(axis=0)
+        share: Floats = barred(self.maps).mean(axis=0)
         return share
 
 

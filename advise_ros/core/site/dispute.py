@@ -8,7 +8,7 @@ import numpy as np
 
 from advise_ros.core.numerics import Floats, Ints
 from advise_ros.core.site.layout import Bytes, Layout
-from advise_ros.core.site.plan import plan, route
+from advise_ros.core.site.plan import barred, plan, route
 
 # As many cells as a person grasps at a glance.
 MOST_CELLS = 12
@@ -42,16 +42,16 @@ class Dispute(NamedTuple):
     fly_through: SiteOption
 
 
-def dispute_of(layout: Layout, maps: Bytes, codes: Ints) -> Dispute | None:
+def dispute_of(layout: Layout, maps: Bytes | Floats, codes: Ints) -> Dispute | None:
     """What the answer to a question decides; None where no cell goes with it.
 
     Args:
         layout: the site and the route.
-        maps: (m, cells) that are believed possible.
+        maps: (m, cells) or (m, layers, cells) that are believed possible, as of `SiteBelief`.
         codes: (m,) the answer under each, as 16 * preferred + avoided.
     """
     known, which = np.unique(codes, return_inverse=True)
-    marked, said = maps.astype(np.float64), np.eye(len(known))[which.ravel()]
+    marked, said = barred(maps).astype(np.float64), np.eye(len(known))[which.ravel()]
     telling = _telling(marked, said)
     first = int(telling.argmax())
     if telling[first] <= 0.0:
@@ -104,7 +104,7 @@ def _area(layout: Layout, first: int, together: Floats) -> list[int]:
     return area
 
 
-def _option(layout: Layout, maps: Bytes, code: int) -> SiteOption:
+def _option(layout: Layout, maps: Bytes | Floats, code: int) -> SiteOption:
     preferred, avoided = (tuple(action for action in range(4) if mask >> action & 1) for mask in divmod(code, 16))
     way = route(layout, plan(layout, maps.mean(axis=0)).greedy)
     return SiteOption(preferred, avoided, tuple(way))

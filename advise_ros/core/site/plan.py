@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from advise_ros.core.numerics import Floats, Ints
+from advise_ros.core.numerics import Bools, Floats, Ints
 from advise_ros.core.site.layout import Bytes, Int32s, Layout
 from advise_ros.core.site.search import FAR, all_distances, best_actions
 
@@ -37,6 +37,12 @@ class SitePlan(NamedTuple):
     greedy: Ints
     best: Bytes
     steps: float
+
+
+def barred(maps: Floats | Bytes) -> Bools:
+    """(m, cells) what is to be kept out of, on the way to one waypoint at least, in maps (m, cells) or (m, layers, cells)."""
+    marks: Bools = np.greater_equal(maps, 1.0)
+    return np.any(marks, axis=1) if marks.ndim > 2 else marks
 
 
 def cell_costs(weights: Floats) -> Ints:
