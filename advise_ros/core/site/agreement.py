@@ -17,6 +17,7 @@ from advise_ros.core.site.belief import CELL_PRICE, SamplerSettings, SiteBelief,
 from advise_ros.core.site.chain import MOVES, PRIOR, Problem, new_chain
 from advise_ros.core.site.layout import Bytes, Layout
 from advise_ros.core.site.pilots import Pilot, moves_of
+from advise_ros.core.site.plan import barred
 from advise_ros.core.site.tempering import TEMPERATURES, draw
 
 # Two maps have to be likelier than one by so much [nat]: 20 to 1.
@@ -72,7 +73,7 @@ def two_people(
     if len(flights) < FEWEST_FLIGHTS:
         return None
     grouping = _Grouping(layout, tuple(flights), belief.pilots[0].pilot, settings or SamplerSettings(), rng)
-    believed = np.unique(np.concatenate([belief.maps, belief.doubting]), axis=0)
+    believed = np.unique(barred(np.concatenate([belief.maps, belief.doubting])).astype(np.uint8), axis=0)
     group = _apart(_levels([grouping.problem([flight]) for flight in range(len(flights))], believed))
     for _ in range(REGROUPED):
         if group.all() or not group.any():
