@@ -5,7 +5,8 @@
 Five flights with 40 % wrong moves over 10 x 10 cells with five waypoints. Prints Markdown: per cent of plans that cost at most
 0.6 step more than the best way by the true prices, after so many answers; what share of the belief richer kinds of wishes have
 before and after them; questions asked; seconds of processor time of the first belief. `plain`: one map of cells to keep out
-of; `by evidence`: richer kinds where they explain flights and answers better.
+of; `by evidence`: graded cells where they explain the flights better, as the product does;
+`and by answers`: also where the maps contradict an answer, areas for one waypoint among them.
 """
 
 from __future__ import annotations
@@ -22,14 +23,17 @@ from advise_ros.core.site.belief import SamplerSettings, SiteAnswer, SiteBelief,
 from advise_ros.core.site.layout import layout_of
 from advise_ros.core.site.plan import plan
 from advise_ros.core.site.questions import next_question
-from advise_ros.core.site.wishes import ALIKE
+from advise_ros.core.site.wishes import ALIKE, GRADED, ONE_WAYPOINT
 from advise_ros.experiments.sites import expert_of, flights_of, pilot_of
 from advise_ros.experiments.wished_sites import NEARLY, WISHES, extra_steps, wished_site
 
 POINTS = (0, 2, 4, 6)
 # Steps that an answer has to save to be asked for.
 ENOUGH = 0.25
-WAYS = {'plain': SamplerSettings(richer=False), 'by evidence': SamplerSettings()}
+WAYS = {
+    'plain': SamplerSettings(richer=()), 'by evidence': SamplerSettings(),
+    'and by answers': SamplerSettings(contradicted=(GRADED, ONE_WAYPOINT)),
+}
 
 
 class Trial(NamedTuple):

@@ -13,7 +13,7 @@ from advise_ros.core.site.layout import Bytes, Layout
 from advise_ros.core.site.pilots import PILOTS, Moves, Pilot, moves_of, rounded
 from advise_ros.core.site.plan import barred
 from advise_ros.core.site.tempering import TEMPERATURES, Draws, draw
-from advise_ros.core.site.wishes import ALIKE, GRADED, ONE_WAYPOINT, Wishes
+from advise_ros.core.site.wishes import ALIKE, GRADED, Wishes
 
 # An answer is right with this probability; a right one calls each action otherwise than the map with the other; a wrong one is
 # one of so many.
@@ -38,13 +38,15 @@ class SamplerSettings:
     Attributes:
         steps_per_cell, least_steps: proposals a model of the pilot, each time that maps are drawn.
         maps: maps that a belief holds.
-        richer: whether kinds of wishes beside cells to keep out of are looked for.
+        richer: kinds of wishes beside cells to keep out of that are looked for in the flights.
+        contradicted: kinds that are looked for when the maps contradict an answer; no measurement says yet that it pays.
     """
 
     steps_per_cell: int = 50
     least_steps: int = 12_000
     maps: int = 100
-    richer: bool = True
+    richer: tuple[Wishes, ...] = (GRADED,)
+    contradicted: tuple[Wishes, ...] = ()
 
     def steps(self, layout: Layout) -> int:
         """Proposals for a site."""
@@ -130,8 +132,7 @@ def believe(
     settings = settings or SamplerSettings()
     prices = _prices(layout, cell_price)
     belief = _first(layout, moves_of(layout, taken), prices, settings, rng)
-    if settings.richer:
-        belief = _with_richer(layout, belief, (GRADED,), prices, settings, rng)
+    belief = _with_richer(layout, belief, settings.richer, prices, settings, rng)
     for answer in answers:
         belief = tell(layout, belief, answer, rng, settings, cell_price)
     return belief
@@ -151,10 +152,10 @@ def tell(
     again = [one if plain is None or one.wishes == ALIKE else _against(plain, one) for one in again]
     told = _weighed(layout, tuple(again), belief.flights, answers, settings)
     plain = next((one for one in told.pilots if one.wishes == ALIKE), None)
-    if plain is None or plain.draws.answers > CONTRADICTED or not settings.richer:
+    if plain is None or plain.draws.answers > CONTRADICTED:
         return told
-    kinds = tuple(one for one in (GRADED, ONE_WAYPOINT) if one.name not in {model.wishes.name for model in told.pilots})
-    return _with_richer(layout, told, kinds, prices, settings, rng)
+    known = {model.wishes.name for model in told.pilots}
+    return _with_richer(layout, told, tuple(one for one in settings.contradicted if one.name not in known), prices, settings, rng)
 
 
 def _prices(layout: Layout, cell_price: Floats | None) -> Floats:
