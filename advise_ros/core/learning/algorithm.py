@@ -24,10 +24,12 @@ from advise_ros.core.advice.error_model import log_beliefs, mistakes_shown, shar
 from advise_ros.core.advice.state import AdviceState, Imitated, advice_state, narrowed
 from advise_ros.core.demonstrations.demonstration import Counts
 from advise_ros.core.errors import InputError
+from advise_ros.core.grid.grid import Grid
 from advise_ros.core.irl.reward import Solve, infer
 from advise_ros.core.irl.settings import LearnSettings
 from advise_ros.core.numerics import Bools, Floats, Ints
 from advise_ros.core.planning.process import FiniteProcess
+from advise_ros.core.planning.rollout import distances
 from advise_ros.core.questions.clusters import split
 from advise_ros.core.questions.select import Situation
 from advise_ros.core.site import SITE
@@ -39,6 +41,8 @@ if TYPE_CHECKING:
 # Moves a state, on average, that beliefs need; with fewer, questions go where the policy does.
 MOVES = 5.0
 WITHOUT_BELIEFS = 'occupancy'
+# Of the largest value that a reward can have, what the margins along the longest way add up to at most.
+PART_OF_VALUES = 0.25
 # An answer about several states is not followed in one whose right action is another one with this probability.
 REFUTED = 0.9
 
@@ -64,9 +68,26 @@ def improve(  # noqa: PLR0913 - evidence and method
     settings = replace(settings, acquisition=in_effect(settings.acquisition, counts.visits[process.acting]))
     advice = advice_state(log, counts.taken if settings.confirms else None)
     imitated, belief = imitate(process, settings, counts, advice, prior)
-    inferred = infer(process.mdp, imitated, settings, solve)
+    grid = process.grid if belief is not None else None
+    inferred = infer(process.mdp, imitated, settings if grid is None else margins_in_range(grid, settings), solve)
     parts = split(process.features, clusters, advice.mixed, settings.seed, advice.drawn)
     return Situation(process, settings, counts, parts, advice, imitated, inferred, belief)
+
+
+def margins_in_range(grid: Grid, settings: LearnSettings) -> LearnSettings:
+    """The settings with margins that fit one after the other, along the longest way, into the values that rewards can make.
+
+    Where every state has an action to imitate, larger margins cannot all hold, and the sum that equation (1) maximises gives
+    some states up for others. Margins of advice are at most half of the cap, as in the defaults.
+
+    Args:
+        grid: the route.
+        settings: their `margin_cap` and `delta` are upper bounds.
+    """
+    longest = max(1, int(distances(grid).max(axis=1).sum()))
+    cap = PART_OF_VALUES * settings.r_max / (1.0 - settings.gamma) / longest
+    cap = min(cap, settings.margin_cap) if settings.margin_cap > 0.0 else cap
+    return replace(settings, margin_cap=cap, delta=min(settings.delta, cap / 2.0))
 
 
 def in_effect(acquisition: str, visits: Ints) -> str:
