@@ -105,7 +105,7 @@ def planned(site: Site) -> Rollout:
 
 
 @dataclass(frozen=True)
-class Line:
+class OutcomeRow:
     """One line of the closing table, a word for each kind of flight; the moods colour the words."""
 
     name: str
@@ -121,7 +121,7 @@ def headings(outcome: DemoOutcome) -> list[str]:
     return ["planner's route", *(HEADINGS[flight.kind] for flight in outcome.flights)]
 
 
-def lines(outcome: DemoOutcome) -> list[Line]:
+def lines(outcome: DemoOutcome) -> list[OutcomeRow]:
     """The closing table: what the planner would fly (computed), and what was flown in the simulator."""
     site, plan, flights = outcome.sites.shown, planned(outcome.sites.shown), outcome.flights
     crossed = sorted({site.grid.cell_of(state) for state in plan.states[1:]} & set(np.flatnonzero(site.keep_out).tolist()))
@@ -130,7 +130,7 @@ def lines(outcome: DemoOutcome) -> list[Line]:
     whose = 'your answers' if outcome.by_person else 'simulated answers'
     found = [
         _line('all waypoints in order', [True, *(flight.arrived for flight in flights)], ('yes', 'no')),
-        Line('moves', [str(plan.steps), *(str(flight.steps) for flight in flights)], [''] * (1 + len(flights))),
+        OutcomeRow('moves', [str(plan.steps), *(str(flight.steps) for flight in flights)], [''] * (1 + len(flights))),
         _plain('lessons flown by the pilot', ['0', *('none new' if kind == 'other' else str(flown) for kind in kinds)]),
         _plain('questions answered', ['0', *(asked[kind] for kind in kinds)]),
     ]
@@ -143,12 +143,12 @@ def lines(outcome: DemoOutcome) -> list[Line]:
     return found
 
 
-def _line(name: str, good: Sequence[bool], words: tuple[str, str]) -> Line:
-    return Line(name, [words[not one] for one in good], ['good' if one else 'bad' for one in good])
+def _line(name: str, good: Sequence[bool], words: tuple[str, str]) -> OutcomeRow:
+    return OutcomeRow(name, [words[not one] for one in good], ['good' if one else 'bad' for one in good])
 
 
-def _plain(name: str, words: Sequence[str]) -> Line:
-    return Line(name, words, [''] * len(words))
+def _plain(name: str, words: Sequence[str]) -> OutcomeRow:
+    return OutcomeRow(name, words, [''] * len(words))
 
 
 def table(outcome: DemoOutcome) -> Table:
