@@ -13,10 +13,11 @@ from pathlib import Path
 
 import pytest
 
+from support.demo_site import SMALL_SITE
 from support.processes import executable
 
-PATIENCE_S = 280.0
-SHORT = ('--flights', '2', '--answers', '2')
+PATIENCE_S = 600.0
+SHORT = (*SMALL_SITE, '--flights', '2', '--answers', '2')
 
 
 def living_in_domain(domain: str) -> dict[int, str]:
@@ -64,6 +65,7 @@ def run(env: dict[str, str], out: Path, *arguments: str) -> tuple[int, str, str]
     return demo.returncode, stdout, stderr
 
 
+@pytest.mark.timeout(900)
 def test_the_story_from_rough_flights_to_a_replayed_bag(ros_env: dict[str, str], tmp_path: Path) -> None:
     code, stdout, stderr = run(ros_env, tmp_path / 'out', *SHORT)
     assert code == 0, stdout + stderr
