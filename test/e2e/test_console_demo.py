@@ -48,7 +48,7 @@ def test_a_person_answers_on_the_page_and_the_story_goes_on(
         try:
             person = Person(browser, said(output, r'http://127\.0\.0\.1:\d+/\?token=\S+'), 'Anna')
             said(output, 'Your turn')
-            person.asked(1)
+            person.asked(int(said(output, r'Question \d+:').split()[1].rstrip(':')))
             person.shows('battery', '%')
             person.press('y')
             person.history('Anna')
