@@ -7,7 +7,6 @@ another grid: a file of another one, and a mere list, as earlier versions wrote,
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Sequence
 from dataclasses import asdict, fields
 from pathlib import Path
@@ -19,6 +18,7 @@ from advise_ros.core.grid.differences import what_differs
 from advise_ros.core.grid.grid import Grid
 from advise_ros.recording.dataset import is_dataset, load_dataset
 from advise_ros.recording.gridfile import grid_from_mapping, grid_to_mapping
+from advise_ros.recording.whole_file import write_whole
 
 # Of more recordings the first ones are named in an error.
 RECORDINGS_NAMED = 4
@@ -36,14 +36,7 @@ def save_demonstrations(path: str | Path, demonstrations: Sequence[Demonstration
     """
     grid = json.dumps(grid_to_mapping(demonstrations[0].grid))
     lines = ',\n'.join(json.dumps(to_record(demonstration)) for demonstration in demonstrations)
-    target = Path(path)
-    draft = target.with_name(f'.{target.name}.{os.getpid()}')
-    try:
-        draft.write_text(f'{{"grid": {grid}, "demonstrations": [\n{lines}\n]}}\n', encoding='utf-8')
-        draft.replace(target)
-    except OSError as problem:
-        draft.unlink(missing_ok=True)
-        raise InputError(f'{target} cannot be written ({problem.strerror}); name a file in a folder that exists') from None
+    write_whole(Path(path), f'{{"grid": {grid}, "demonstrations": [\n{lines}\n]}}\n'.encode())
 
 
 def load_demonstrations(path: str | Path, grid: Grid) -> tuple[Demonstration, ...]:

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -23,6 +22,7 @@ from advise_ros.core.grid.raster import Raster, on_cells
 from advise_ros.core.numerics import Floats
 from advise_ros.core.site.prior import UNKNOWN, KeptAnswer, KeptFlight, KeptRoute, SitePrior
 from advise_ros.recording.mapfile import map_texts, read_map
+from advise_ros.recording.whole_file import write_whole
 
 FORMAT = 1
 # A cell of which the map covers less than this share is unknown.
@@ -56,7 +56,7 @@ def save_site(path: str | Path, grid: Grid, keep_out: Floats, prior: SitePrior) 
         'image_sha256': hashlib.sha256(image).hexdigest(), **to_mapping(prior),
     }
     for suffix, data in (('.pgm', image), ('.json', _text(beside).encode()), (file.suffix, described.encode())):
-        _write(file.with_suffix(suffix), data)
+        write_whole(file.with_suffix(suffix), data)
 
 
 def load_site(path: str | Path, grid: Grid) -> LoadedSite:
@@ -258,13 +258,3 @@ def _text(values: Mapping[str, Any]) -> str:
 
 def _lines(values: Sequence[Any]) -> str:
     return ',\n'.join(json.dumps(one) for one in values)
-
-
-def _write(file: Path, data: bytes) -> None:
-    draft = file.with_name(f'.{file.name}.{os.getpid()}')
-    try:
-        draft.write_bytes(data)
-        draft.replace(file)
-    except OSError as problem:
-        draft.unlink(missing_ok=True)
-        raise InputError(f'{file} cannot be written ({problem.strerror}); name a file in a folder that exists') from None
