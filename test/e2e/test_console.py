@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -10,7 +9,7 @@ from playwright.sync_api import Browser, expect
 
 from advise_msgs.msg import Advice
 from advise_ros.core.advice.advice import Verdict
-from support.browser import PHONE, Person, chromium, start_console
+from support.browser import PHONE, Person, start_console
 from support.graph import Graph
 from support.learner import Learner, write_grid
 from support.walks import GRID_4X4
@@ -18,12 +17,6 @@ from support.walks import GRID_4X4
 # Colours of the map, and how many points of them are surely no accident.
 ASKED, CHANGED, CLASH, PART = (253, 231, 181), (201, 239, 224), (184, 51, 15), (0, 114, 178)
 SOME = 200
-
-
-@pytest.fixture(scope='module')
-def browser() -> Iterator[Browser]:
-    with chromium() as found:
-        yield found
 
 
 @pytest.fixture

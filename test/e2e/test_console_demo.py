@@ -6,24 +6,17 @@ import re
 import signal
 import subprocess
 import time
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 from playwright.sync_api import Browser
 
-from support.browser import Person, chromium
+from support.browser import Person
 from support.demo_site import SMALL_SITE
 from support.processes import executable
 
 PATIENCE_S = 280.0
 SHORT = (*SMALL_SITE, '--flights', '2', '--answers', '1')
-
-
-@pytest.fixture(scope='module')
-def browser() -> Iterator[Browser]:
-    with chromium() as found:
-        yield found
 
 
 def said(path: Path, pattern: str) -> str:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import http.client
-from collections.abc import Iterator
 from pathlib import Path
 from urllib.parse import urlsplit
 
@@ -13,7 +12,7 @@ from std_srvs.srv import Trigger
 
 from advise_ros.core.advice.advice import Code
 from advise_ros.recording.demofile import save_demonstrations
-from support.browser import Person, chromium, start_console
+from support.browser import Person, start_console
 from support.graph import Graph
 from support.learner import Learner, write_grid
 from support.walks import GRID_4X4, walk
@@ -21,12 +20,6 @@ from support.walks import GRID_4X4, walk
 INJECTION = '<img src=x onerror="document.title=1"><script>document.title=2</script>'
 TOKEN = 'known-to-the-test'  # noqa: S105
 SILENCE = {'silence_s': 1.5}
-
-
-@pytest.fixture(scope='module')
-def browser() -> Iterator[Browser]:
-    with chromium() as found:
-        yield found
 
 
 @pytest.fixture

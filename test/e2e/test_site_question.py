@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -10,7 +9,7 @@ from playwright.sync_api import Browser, expect
 
 from advise_msgs.msg import AdviceQuery
 from advise_ros.ros import convert
-from support.browser import PHONE, Person, chromium, start_console
+from support.browser import PHONE, Person, start_console
 from support.graph import Graph
 from support.learner import Learner, write_grid
 from support.sites import flown_site
@@ -19,12 +18,6 @@ from support.typist import Typist
 # The border of the cells in dispute, and the two ways.
 DISPUTED, KEEP, THROUGH = (163, 31, 0), (91, 47, 176), (133, 84, 0)
 SOME = 100
-
-
-@pytest.fixture(scope='module')
-def browser() -> Iterator[Browser]:
-    with chromium() as found:
-        yield found
 
 
 @pytest.fixture
