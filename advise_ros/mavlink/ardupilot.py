@@ -98,15 +98,7 @@ class ArduPilot(Machine):
     def setpoint(
         self, target: tuple[int, int], velocity_enu_m_s: Vector, yaw_rate_rad_s: float, now_s: float, doubt: str,
     ) -> Message:
-        """A velocity, which the autopilot's target is compared with from now on.
-
-        Args:
-            target: system and component id.
-            velocity_enu_m_s: (east, north, up).
-            yaw_rate_rad_s: counter-clockwise.
-            now_s: steady time.
-            doubt: why the position is not to be trusted, '' if it is.
-        """
+        """A velocity, which the autopilot's target is compared with from now on."""
         message = super().setpoint(target, velocity_enu_m_s, yaw_rate_rad_s, now_s, doubt)
         self._targets.sent((message.vx, message.vy, message.vz), now_s)
         return message

@@ -105,15 +105,7 @@ class Px4Machine(Machine):
     def setpoint(
         self, target: tuple[int, int], velocity_enu_m_s: Vector, yaw_rate_rad_s: float, now_s: float, doubt: str,
     ) -> Message:
-        """It holds a place where no motion is asked for; on the ground, the one that it is to climb over.
-
-        Args:
-            target: system and component id.
-            velocity_enu_m_s: (east, north, up).
-            yaw_rate_rad_s: counter-clockwise.
-            now_s: steady time.
-            doubt: why the position is not to be trusted, '' if it is.
-        """
+        """It holds a place where no motion is asked for; on the ground, the one that it is to climb over."""
         motion = None if doubt else self._vehicle.trusted(now_s)
         if motion is not None and self._vehicle.landed_state == mav.ON_GROUND:
             self._hold.stand_at(motion, now_s)
