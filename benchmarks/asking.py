@@ -19,7 +19,7 @@ from itertools import pairwise, product
 from pathlib import Path
 
 import numpy as np
-from scipy.stats import binomtest, t
+from scipy.stats import t
 
 from advise_ros.core.demonstrations.demonstration import Demonstration, count
 from advise_ros.core.grid.grid import Grid
@@ -29,6 +29,7 @@ from advise_ros.core.people.simulated_pilot import SimulatedPilot, demonstrate
 from advise_ros.core.people.trial import TrialSettings, follow
 from advise_ros.core.planning.process import occurring, successors
 from advise_ros.core.planning.rollout import optimal_table
+from advise_ros.core.statistics import share_in_words
 from advise_ros.recording.gridfile import load_grid
 
 FOUR = load_grid(Path(__file__).parent.parent / 'config/grid_6x6.yaml')
@@ -122,12 +123,6 @@ def run(trials: int, seed: int, out: Path) -> list[dict]:
     return [known[key] for key in wanted]
 
 
-def rate(done: list[int]) -> str:
-    """Per cent and its interval."""
-    interval = binomtest(sum(done), len(done)).proportion_ci(method='wilson')
-    return f'{100 * np.mean(done):.0f} ({100 * interval.low:.0f}-{100 * interval.high:.0f})'
-
-
 def show_rates(rows: list[dict]) -> None:
     """A line for each case, both ways in each cell."""
     print('| route | mistakes | answers wrong | flights (moves a state) |', ' | '.join(f'after {n}' for n in POINTS), '|')
@@ -135,7 +130,8 @@ def show_rates(rows: list[dict]) -> None:
     for case in cases():
         mine = [row for row in rows if row['case'] == asdict(case)]
         moves = np.mean([row['moves'] for row in mine])
-        rates = ' | '.join(' / '.join(rate([row[way][point] for row in mine]) for way in WAYS) for point in POINTS)
+        hits = [[sum(row[way][point] for row in mine) for way in WAYS] for point in POINTS]
+        rates = ' | '.join(' / '.join(share_in_words(number, len(mine)) for number in numbers) for numbers in hits)
         print(f'| {case.route} | {case.mistakes} | {case.errors:.0%} | {case.flights} ({moves:.0f}) | {rates} |')
 
 

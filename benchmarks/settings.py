@@ -15,7 +15,6 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from scipy.stats import binomtest
 
 from advise_ros.config import AdviseConfig, ExpertConfig
 from advise_ros.core.demonstrations.demonstration import Demonstration
@@ -23,6 +22,7 @@ from advise_ros.core.demonstrations.discretise import DiscretiseSettings
 from advise_ros.core.demonstrations.recorded_flights import demonstrations_of
 from advise_ros.core.grid.grid import Grid
 from advise_ros.core.people.trial import TrialSettings, follow, run_trial
+from advise_ros.core.statistics import share_in_words
 from advise_ros.demo.options import node_config
 from advise_ros.recording.gridfile import load_grid
 from advise_ros.recording.sources import read_recording
@@ -57,12 +57,6 @@ def rows(answers: int) -> Iterator[tuple[str, TrialSettings]]:
     yield f'the last, {WRONG:.0%} of the answers wrong', replace(settings, error_rate=WRONG)
 
 
-def rate(done: int, trials: int) -> str:
-    """Per cent and its interval."""
-    interval = binomtest(done, trials).proportion_ci(method='wilson')
-    return f'{100 * done / trials:.0f} ({100 * interval.low:.0f}-{100 * interval.high:.0f})'
-
-
 def until_reached(grid: Grid, settings: TrialSettings, demonstrations: tuple[Demonstration, ...], seed: int) -> str:
     """Answers until the policy from the demonstrations reaches the goal, out of the questions there were."""
     curve = follow(grid, settings, demonstrations, np.random.default_rng(seed), seed)
@@ -82,7 +76,7 @@ def main() -> None:
     for name, settings in rows(options.answers):
         curves = [run_trial(grid, settings, options.seed + index).curve for index in range(options.trials)]
         done = [sum(curve[min(point, len(curve) - 1)].success for curve in curves) for point in points]
-        rates = ' | '.join(rate(number, options.trials) for number in done)
+        rates = ' | '.join(share_in_words(number, options.trials) for number in done)
         print(f'| {name} | {rates} | {until_reached(grid, settings, recorded, options.seed)} |', flush=True)
 
 

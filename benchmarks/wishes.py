@@ -19,17 +19,17 @@ import numpy as np
 
 from advise_ros.core.advice.advice import Query
 from advise_ros.core.demonstrations.demonstration import count
+from advise_ros.core.irl.settings import LearnSettings
 from advise_ros.core.site.belief import SamplerSettings, SiteAnswer, SiteBelief, believe, tell
 from advise_ros.core.site.layout import layout_of
 from advise_ros.core.site.plan import plan
 from advise_ros.core.site.questions import next_question
 from advise_ros.core.site.wishes import ALIKE, GRADED, ONE_WAYPOINT
+from advise_ros.core.statistics import share_in_words
 from advise_ros.experiments.sites import expert_of, flights_of, pilot_of
 from advise_ros.experiments.wished_sites import NEARLY, WISHES, extra_steps, wished_site
 
 POINTS = (0, 2, 4, 6)
-# Steps that an answer has to save to be asked for.
-ENOUGH = 0.25
 WAYS = {
     'plain': SamplerSettings(richer=()), 'by evidence': SamplerSettings(),
     'and by answers': SamplerSettings(contradicted=(GRADED, ONE_WAYPOINT)),
@@ -57,7 +57,7 @@ def trial(wish: str, settings: SamplerSettings, seed: int, most: int) -> Trial:
     while True:
         good.append(extra_steps(site, weights, plan(layout, belief.expected).greedy) <= NEARLY)
         question = next_question(layout, belief, rng)
-        if len(good) > most or question is None or question.worth < ENOUGH:
+        if len(good) > most or question is None or question.worth < LearnSettings.enough:
             return Trial(good, before, richer(belief), seconds)
         answer = expert.answer(Query(1, 1, question.states, 0.0, 0.0, 0.0, (), (), (), -1, ''))
         belief = tell(layout, belief, SiteAnswer(question.states, answer.preferred, answer.avoided), rng, settings)
@@ -80,10 +80,11 @@ def main() -> None:
     for wish in given.wishes:
         for way, settings in WAYS.items():
             rows = [trial(wish, settings, given.seed + at, given.answers) for at in range(given.trials)]
-            good = [np.mean([row.good[min(point, len(row.good) - 1)] for row in rows]) for point in POINTS]
+            hits = [sum(row.good[min(point, len(row.good) - 1)] for row in rows) for point in POINTS]
+            good = [share_in_words(number, len(rows)) for number in hits]
             before, after = np.mean([row.before for row in rows]), np.mean([row.after for row in rows])
             asked, seconds = np.mean([len(row.good) - 1 for row in rows]), np.median([row.seconds for row in rows])
-            cells = [wish, way, len(rows), *(f'{share:.0%}' for share in good), f'{before:.2f}, {after:.2f}']
+            cells = [wish, way, len(rows), *good, f'{before:.2f}, {after:.2f}']
             print(f'| {" | ".join(map(str, cells))} | {asked:.1f} | {seconds:.2f} |', flush=True)
 
 

@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 from rich.table import Table
-from scipy.stats import binomtest
 
 from advise_ros.core.advice.advice import AdviceRecord, Verdict, active
 from advise_ros.core.demonstrations.demonstration import count
@@ -18,6 +17,8 @@ from advise_ros.core.grid.grid import N_ACTIONS, Action
 from advise_ros.core.people.known_site import Site
 from advise_ros.core.people.trial import TrialResult
 from advise_ros.core.planning.rollout import Rollout, optimal_table, rollout
+from advise_ros.core.site.wording import times
+from advise_ros.core.statistics import wilson
 from advise_ros.demo.options import DemoSites
 from advise_ros.demo.story import KINDS, DemoFlight, DemoPolicy, DemoSession
 from advise_ros.report import pictures
@@ -94,8 +95,8 @@ class DemoOutcome:
 def rate(successes: Sequence[bool]) -> Rate:
     """Success rate of independent trials with the Wilson score interval."""
     done, trials = int(sum(successes)), len(successes)
-    interval = binomtest(done, trials).proportion_ci(method='wilson')
-    return Rate(done, trials, PERCENT * done / trials, PERCENT * interval.low, PERCENT * interval.high)
+    low, high = wilson(done, trials)
+    return Rate(done, trials, PERCENT * done / trials, PERCENT * low, PERCENT * high)
 
 
 def planned(site: Site) -> Rollout:
@@ -190,14 +191,10 @@ def page_values(outcome: DemoOutcome) -> dict[str, Any]:
 def _lead(outcome: DemoOutcome) -> str:
     flown, answers = len(outcome.session.demonstrations), len(outcome.answers)
     said = (
-        f'A clumsy pilot flew the route {_times(flown)}, keeping out of a garden that is on no map. The drone learnt where it '
+        f'A clumsy pilot flew the route {times(flown)}, keeping out of a garden that is on no map. The drone learnt where it '
         f'may lie, asked {answers} question{"" if answers == 1 else "s"}, and flew'
     )
     return said + (' the route and then another one over the same site.' if outcome.other else ' the route.')
-
-
-def _times(number: int) -> str:
-    return {1: 'once', 2: 'twice'}.get(number, f'{number} times')
 
 
 def _panels(outcome: DemoOutcome) -> list[pictures.SitePanel]:

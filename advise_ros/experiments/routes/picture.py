@@ -8,9 +8,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from advise_ros.core.statistics import wilson
 from advise_ros.experiments.figures import Trials
 from advise_ros.experiments.plots import BLUE, SHARES, in_panels
-from advise_ros.experiments.routes.tables import RouteTable, interval, seeds_of
+from advise_ros.experiments.routes.tables import RouteTable, seeds_of
 from advise_ros.experiments.routes.work import outcomes
 from advise_ros.experiments.store import Store
 
@@ -47,5 +48,5 @@ def _curve(axis: Axes, at: list[list[bool]], style: dict[str, Any], *, shaded: b
     answers = np.arange(len(at))
     axis.plot(answers, [100.0 * np.mean(hits) for hits in at], **style)
     if shaded:
-        low, high = np.array([interval(hits) for hits in at]).T
+        low, high = np.array([wilson(sum(hits), len(hits)) for hits in at]).T
         axis.fill_between(answers, 100.0 * low, 100.0 * high, color=style['color'], alpha=0.15, linewidth=0)

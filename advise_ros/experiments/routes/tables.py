@@ -6,8 +6,8 @@ from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.stats import binomtest
 
+from advise_ros.core.statistics import share_in_words
 from advise_ros.experiments.figures import Trials
 from advise_ros.experiments.routes import two
 from advise_ros.experiments.routes.cases import RouteCase
@@ -134,7 +134,7 @@ def two_markdown(sizes: Sequence[str], store: Store, trials: Trials) -> str:
         found = outcomes(store, case, AGREEMENT, trials.seeds)
         said, right = ([one[part] for one in found] for part in ('two', 'right'))
         seconds = np.mean([one['seconds'] for one in found])
-        lines.append(_line([label, str(len(found)), share(said), share(right) if case.people > 1 else '-', f'{seconds:.2f}']))
+        lines.append(_line([label, str(len(found)), _share(said), _share(right) if case.people > 1 else '-', f'{seconds:.2f}']))
     return '\n'.join([f'Seeds {trials.seeds[0]} to {trials.seeds[-1]}.', '', *lines])
 
 
@@ -142,7 +142,7 @@ def cells(found: Sequence[dict[str, Any]]) -> list[str]:
     """What a way's trials come to: their number, success, answers asked, stopping, seconds and memory."""
     if not found:
         return ['0', *['-'] * (len(POINTS) + 6)]
-    at = [share([_after(one, point) for one in found]) for point in (*POINTS, -1)]
+    at = [_share([_after(one, point) for one in found]) for point in (*POINTS, -1)]
     asked = [len(one['curve']) - 1 for one in found]
     answers = [second for one in found for second in one['seconds'][1:]]
     asks = any(asked) or any(one['beyond'] for one in found)
@@ -160,16 +160,8 @@ def _after(outcome: dict[str, Any], answers: int) -> bool:
     return bool(curve[-1] if answers < 0 else curve[min(answers, len(curve) - 1)])
 
 
-def share(hits: Sequence[bool]) -> str:
-    """Per cent and its 95 % interval by Wilson."""
-    low, high = interval(hits)
-    return f'{100 * np.mean(hits):.0f} ({100 * low:.0f}-{100 * high:.0f})'
-
-
-def interval(hits: Sequence[bool]) -> tuple[float, float]:
-    """Lower and upper end of Wilson's 95 % interval of a share, 0 to 1."""
-    low, high = binomtest(sum(hits), len(hits)).proportion_ci(method='wilson')
-    return float(low), float(high)
+def _share(hits: Sequence[bool]) -> str:
+    return share_in_words(sum(hits), len(hits))
 
 
 def in_time(outcome: dict[str, Any]) -> bool:

@@ -8,7 +8,8 @@ from statistics import median
 from typing import Any, NamedTuple
 
 from rich.table import Table
-from scipy.stats import binomtest
+
+from advise_ros.core.statistics import wilson
 
 HEADS = ('promise', 'trouble', 'figure', 'trials', 'median', 'worst', 'limit', 'broken at most', 'busy', '')
 
@@ -53,7 +54,7 @@ class Row(NamedTuple):
             return math.nan
         above = sum(not value <= self.limit for value in self.values)
         failures = min(len(self.values), max(above, len(self.broken)))
-        return float(binomtest(failures, len(self.values)).proportion_ci(method='wilson').high)
+        return wilson(failures, len(self.values)).high
 
     def with_slack(self, slack_s: float) -> Row:
         """On a busy machine processes get their turn later than the promise allows for."""
