@@ -14,13 +14,16 @@ import argparse
 from typing import NamedTuple
 
 import numpy as np
-from routes import MOST_ANSWERS, Case, Trial, cell, trial_of
 
 from advise_ros.core.advice.advice import Answer, Query, Verdict
 from advise_ros.core.irl.settings import LearnSettings
 from advise_ros.core.learning.session import Session
+from advise_ros.core.people.known_site import judge
 from advise_ros.core.people.simulated_expert import by_gesture
-from advise_ros.experiments.sites import SIZES, judge
+from advise_ros.core.statistics import share_in_words
+from advise_ros.experiments.routes.cases import RouteCase, RouteTrial, trial_of
+from advise_ros.experiments.routes.ways import MOST_ANSWERS
+from advise_ros.experiments.sites import SIZES
 
 
 class Asked(NamedTuple):
@@ -40,14 +43,13 @@ class Interview(NamedTuple):
     success: bool
 
 
-def interview(trial: Trial, *, gestures: bool) -> Interview:
+def interview(trial: RouteTrial, *, gestures: bool) -> Interview:
     session = Session(trial.site.grid, LearnSettings(acquisition='site', seed=trial.seed), -1)
     for flight in trial.flights:
         session.add(flight)
     asked: list[Asked] = []
     while True:
-        learnt = session.snapshot().run()
-        session.adopt(learnt)
+        learnt = session.learn()
         query = session.query
         if query is None or len(asked) >= MOST_ANSWERS:
             return Interview(asked, judge(trial.site, learnt.greedy).success)
@@ -56,12 +58,12 @@ def interview(trial: Trial, *, gestures: bool) -> Interview:
         session.submit(_by_gesture(trial, query) if gestures and query.options else answer)
 
 
-def _by_gesture(trial: Trial, query: Query) -> Answer:
+def _by_gesture(trial: RouteTrial, query: Query) -> Answer:
     chosen = by_gesture(query, trial.site.keep_out > 0)
     return Answer(query.query_id, Verdict.ANSWER, chosen.preferred, chosen.avoided)
 
 
-def compared(trial: Trial, query: Query) -> Asked:
+def compared(trial: RouteTrial, query: Query) -> Asked:
     preferred, avoided = trial.expert.advice(query.states)
     if not query.options:
         return Asked(0, len(query.states), False, False, False)
@@ -73,7 +75,7 @@ def compared(trial: Trial, query: Query) -> Asked:
 
 
 def row(size: str, trials: int, seed: int) -> str:
-    case = Case(size, True, 'errs', 0.4, 0.0, 5)
+    case = RouteCase(size)
     by_way = {
         gestures: [interview(trial_of(case, one), gestures=gestures) for one in range(seed, seed + trials)]
         for gestures in (False, True)
@@ -81,7 +83,7 @@ def row(size: str, trials: int, seed: int) -> str:
     asked = [one for found in by_way[False] for one in found.asked]
     shares = [100 * np.mean([getattr(one, name) for one in asked]) for name in ('clean', 'same', 'compatible')]
     sizes = [f'{np.median(found):.0f}, {max(found)}' for found in ([a.disputed for a in asked], [a.states for a in asked])]
-    success = [cell([one.success for one in by_way[gestures]]) for gestures in (False, True)]
+    success = [share_in_words(sum(one.success for one in by_way[gestures]), trials) for gestures in (False, True)]
     numbers = [f'{np.mean([len(one.asked) for one in by_way[gestures]]):.1f}' for gestures in (False, True)]
     cells = [size, str(trials), str(len(asked)), *sizes, *(f'{share:.0f}' for share in shares), *success, *numbers]
     return f'| {" | ".join(cells)} |'

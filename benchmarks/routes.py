@@ -14,7 +14,7 @@ from pathlib import Path
 from advise_ros.experiments.figures import Trials
 from advise_ros.experiments.routes.cases import RouteCase
 from advise_ros.experiments.routes.tables import Line, RouteTable, markdown, tasks
-from advise_ros.experiments.routes.ways import SECOND_WAYS, WAYS
+from advise_ros.experiments.routes.ways import SECOND_WAYS, WAY_NAMES, WAYS
 from advise_ros.experiments.runner import OnCores, run
 from advise_ros.experiments.sites import SIZES
 from advise_ros.experiments.store import Store
@@ -25,7 +25,7 @@ def main() -> None:
     parser.add_argument('--trials', type=int, default=30, help='half of it from 20x20-8 on')
     parser.add_argument('--seed', type=int, default=41_000, help='of the first trial')
     parser.add_argument('--sizes', nargs='+', choices=SIZES, default=['6x6-4', '8x8-3', '8x8-8', '12x12-6'])
-    parser.add_argument('--ways', nargs='+', choices=WAYS, default=['planner', 'site'])
+    parser.add_argument('--ways', nargs='+', choices=WAY_NAMES, default=['planner', 'site'])
     parser.add_argument('--pilot', choices=('errs', 'shy', 'soft'), default='errs')
     parser.add_argument('--noise', type=float, default=0.4, help='share of wrong moves')
     parser.add_argument('--errors', type=float, default=0.0, help='share of wrong answers')
@@ -44,7 +44,7 @@ def main() -> None:
         ))
         for size in given.sizes
     )
-    ways = tuple(way for way in given.ways if not given.second or way in SECOND_WAYS)
+    ways = tuple(way for way in given.ways if way in (SECOND_WAYS if given.second else WAYS))
     table, trials = RouteTable('', lines, ways), Trials(given.trials, given.seed)
     with Store(given.out) as store:
         run(tasks(table, trials), store, OnCores(given.jobs), lambda done, total: None)

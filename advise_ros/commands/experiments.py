@@ -31,7 +31,7 @@ from advise_ros.experiments.problem_file import (
 from advise_ros.experiments.protocols import FINAL_SEED
 from advise_ros.experiments.routes.report import NAMES, SEED, RoutesRequest, report
 from advise_ros.experiments.routes.report import TRIALS as ROUTES_TRIALS
-from advise_ros.experiments.routes.ways import WAYS
+from advise_ros.experiments.routes.ways import WAY_NAMES
 from advise_ros.experiments.sites import SIZES
 
 EPILOG = """examples:
@@ -241,7 +241,7 @@ def _routes_options(parser: argparse.ArgumentParser) -> None:
     parser.set_defaults(run=_routes)
     parser.add_argument('--tables', nargs='+', choices=NAMES, default=NAMES, metavar='NAME', help=f'{", ".join(NAMES)}')
     parser.add_argument('--sizes', nargs='+', choices=SIZES, default=tuple(SIZES), metavar='SIZE', help=f'{", ".join(SIZES)}')
-    parser.add_argument('--ways', nargs='+', choices=WAYS, metavar='WAY', help=f'{", ".join(WAYS)} (default: all)')
+    parser.add_argument('--ways', nargs='+', choices=WAY_NAMES, metavar='WAY', help=f'{", ".join(WAY_NAMES)} (default: all)')
     parser.add_argument(
         '--trials', type=_positive, default=ROUTES_TRIALS, metavar='N', help='default %(default)s; half of it from 20x20-8 on',
     )

@@ -14,7 +14,7 @@ from advise_ros.core.advice.advice import AdviceRecord, Verdict
 from advise_ros.core.demonstrations.demonstration import Demonstration
 from advise_ros.core.irl.settings import LearnSettings
 from advise_ros.core.learning.learner import Learned, learn
-from support.learning import BY_CLUSTERS, ROUND_TRIP, answer, flights, learn_now, ready
+from support.learning import BY_CLUSTERS, ROUND_TRIP, answer, flights, ready
 
 SEEDS = st.integers(0, 2**32 - 1)
 FEW = settings(max_examples=8, deadline=None, derandomize=True)
@@ -89,15 +89,15 @@ def test_what_is_taken_back_was_never_told(seed: int, data: st.DataObject) -> No
     for _ in range(data.draw(st.integers(0, 2))):
         for session in (told, silent):
             session.submit(answer(session))
-            learn_now(session)
+            session.learn()
     assert told.query is not None
     one_state = len(told.query.states) == 1
     verdict = data.draw(st.sampled_from([verdict for verdict in Verdict if verdict is not Verdict.SPLIT or not one_state]))
     part = told.query.states[:1] if verdict is Verdict.SPLIT else ()
     told.submit(replace(answer(told, verdict=verdict), part=part))
-    learn_now(told)
+    told.learn()
     told.undo()
-    with_undo, without = learn_now(told), silent.learned
+    with_undo, without = told.learn(), silent.learned
     assert without is not None
     assert with_undo.digest == without.digest
     assert _decided(with_undo) == _decided(without)

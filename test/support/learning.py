@@ -11,7 +11,6 @@ from advise_ros.core.advice.advice import AdviceRecord, Answer, Verdict
 from advise_ros.core.demonstrations.demonstration import Audit, Demonstration, EndReason
 from advise_ros.core.grid.grid import Grid
 from advise_ros.core.irl.settings import LearnSettings
-from advise_ros.core.learning.learner import Learned
 from advise_ros.core.learning.session import Session
 from advise_ros.core.people.trial import TrialSettings, fly
 
@@ -57,17 +56,8 @@ def ready(seed: int = 0, settings: LearnSettings | None = None, budget: int = -1
     session = Session(ROUND_TRIP, settings or BY_CLUSTERS, budget)
     for flight in flights(seed):
         session.add(flight)
-    learn_now(session)
+    session.learn()
     return session
-
-
-def learn_now(session: Session) -> Learned:
-    """Learn what is due and adopt it."""
-    work = session.snapshot()
-    assert work is not None
-    learned = work.run()
-    assert session.adopt(learned)
-    return learned
 
 
 def answer(

@@ -193,10 +193,7 @@ class SessionBag:
 
     # -- learning ----------------------------------------------------------------------------
     def learn(self, session: Session, grid: Grid = GRID) -> Learned:
-        work = session.snapshot()
-        assert work is not None
-        learned = work.run()
-        assert session.adopt(learned)
+        learned = session.learn()
         self.now_ns += TICK_NS
         self.put('/advise/policy', convert_advice.policy_to_msg(learned, self.now_ns))
         query = (

@@ -8,7 +8,6 @@ from advise_ros.core.demonstrations.demonstration import Demonstration
 from advise_ros.core.irl.settings import LearnSettings
 from advise_ros.core.learning.session import Session
 from advise_ros.experiments.sites import Site, flights_of, pilot_of, random_site
-from support.learning import learn_now
 
 FLIGHTS = 5
 
@@ -25,5 +24,5 @@ def asking(seed: int = 0) -> tuple[Site, Session]:
     session = Session(site.grid, LearnSettings(acquisition='site', seed=seed))
     for flight in flights:
         session.add(flight)
-    learn_now(session)
+    session.learn()
     return site, session

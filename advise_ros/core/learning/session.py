@@ -22,6 +22,7 @@ from advise_ros.core.advice.advice import (
 )
 from advise_ros.core.advice.state import AdviceState, advice_state, against
 from advise_ros.core.demonstrations.demonstration import Demonstration, standing
+from advise_ros.core.errors import InputError
 from advise_ros.core.grid.grid import Grid
 from advise_ros.core.irl.settings import LearnSettings
 from advise_ros.core.irl.solvers.local_preview import Solved
@@ -136,6 +137,19 @@ class Session:
         if not (self.standing or self.prior) or self._is_newest(self._learned):
             return None
         return self._work(self.log)
+
+    def learn(self) -> Learned:
+        """Learn what is due, here and now, and adopt it.
+
+        Raises:
+            InputError: nothing is due; or as `learn`.
+        """
+        work = self.snapshot()
+        if work is None:
+            raise InputError('there is nothing new to learn from')
+        learned = work.run()
+        self.adopt(learned)
+        return learned
 
     def adopt(self, learned: Learned) -> bool:
         """Take a result with its question; False when the session has gone on since its snapshot."""

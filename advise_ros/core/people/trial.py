@@ -141,12 +141,12 @@ def interview(
         grid, rng, settings.avoid, settings.error_rate, settings.skip_rate, prefer=settings.prefer,
         right=site_of(grid, settings.keep_out).right,
     )
-    yield _learn(session), session.log
+    yield session.learn(), session.log
     for _ in range(settings.answers):
         if session.query is None:
             break
         session.submit(expert.answer(session.query))
-        yield _learn(session), session.log
+        yield session.learn(), session.log
 
 
 def other_flight(
@@ -171,15 +171,6 @@ def fly(grid: Grid, settings: TrialSettings, rng: np.random.Generator) -> tuple[
     right = site_of(grid, settings.keep_out).right
     pilot = SimulatedPilot(grid, settings.noise_rate, settings.mistake_share, rng, right=right)
     return tuple(demonstrate(grid, pilot, index, settings.max_moves) for index in range(settings.flights))
-
-
-def _learn(session: Session) -> Learned:
-    work = session.snapshot()
-    if work is None:
-        raise AssertionError('a new answer must lead to a new policy')
-    learned = work.run()
-    session.adopt(learned)
-    return learned
 
 
 def _judged(site: Site, settings: TrialSettings, greedy: npt.NDArray[np.integer]) -> Judgement:

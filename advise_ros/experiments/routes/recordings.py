@@ -57,7 +57,7 @@ def _learnt(grid: Grid, flights: Sequence[Demonstration]) -> tuple[str, ...]:
     belief = within_advise.belief_of(grid, count(grid, flights), advice_state(()), learnt.settings.seed)
     believed = np.flatnonzero(belief.keep_out > BELIEVED).tolist()
     site = site_with(grid, np.zeros(grid.n_cells, dtype=np.uint8))
-    flown = judge(site, learnt.greedy.astype(np.int64))
+    flown = judge(site, learnt.greedy)
     return (
         str(len(flights)), str(sum(len(flight.states) for flight in flights)), belief.pilots[0].pilot.name,
         ' '.join(f'({x}, {y})' for x, y in map(grid.xy, believed)) or 'none', 'yes' if flown.arrives else 'no',

@@ -23,6 +23,7 @@ from advise_ros.core.planning.rollout import optimal_table
 from advise_ros.core.site import within_advise
 from advise_ros.core.site.layout import layout_of
 from advise_ros.core.site.plan import plan
+from advise_ros.core.site.prior import SitePrior
 from advise_ros.experiments.routes import maxent
 from advise_ros.experiments.routes.cases import RouteTrial
 from advise_ros.experiments.sites import expert_of
@@ -102,18 +103,28 @@ def learner(trial: RouteTrial, settings: LearnSettings) -> WayOutcome:
     return WayOutcome(curve, planned, beyond, seconds)
 
 
-def second_route(trial: RouteTrial) -> WayOutcome:
-    """What was learnt of the site on the first route, with its answers, flies another one, without a flight there."""
+def second_route(trial: RouteTrial, *, map_alone: bool = False) -> WayOutcome:
+    """What was learnt of the site on the first route, with its answers, flies another one, without a flight there.
+
+    Args:
+        trial: with another route.
+        map_alone: kept is the probability of each cell in whole per cent, not the flights and answers.
+    """
     assert trial.other is not None
     _compile()
     settings = LearnSettings(acquisition='site', seed=trial.seed)
     first = _session(trial, settings)
     _asked(first, trial, MOST_ANSWERS)
     assert first.learned is not None
-    session = Session(trial.other.grid, settings, prior=first.kept(first.learned))
+    session = Session(trial.other.grid, settings, prior=_map(first.learned) if map_alone else first.kept(first.learned))
     expert = expert_of(trial.other, 0.0, trial.rng)
     curve, planned, seconds = _asked(session, trial._replace(site=trial.other, expert=expert), MOST_ANSWERS)
     return WayOutcome(curve, planned, [], seconds)
+
+
+def _map(learned: Learned) -> SitePrior:
+    assert learned.keep_out is not None
+    return SitePrior(tuple(np.round(100.0 * learned.keep_out).astype(int).tolist()))
 
 
 def _session(trial: RouteTrial, settings: LearnSettings) -> Session:
@@ -137,7 +148,10 @@ WAYS: dict[str, Callable[[RouteTrial], WayOutcome]] = {
     'occupancy': partial(learner, settings=LearnSettings(acquisition='occupancy')),
     'site': partial(learner, settings=LearnSettings(acquisition='site')),
 }
-SECOND_WAYS: dict[str, Callable[[RouteTrial], WayOutcome]] = {'planner': second_planned, 'site': second_route}
+SECOND_WAYS: dict[str, Callable[[RouteTrial], WayOutcome]] = {
+    'planner': second_planned, 'site': second_route, 'map': partial(second_route, map_alone=True),
+}
+WAY_NAMES = tuple(dict.fromkeys((*WAYS, *SECOND_WAYS)))
 
 
 def _asked(session: Session, trial: RouteTrial, most: int) -> tuple[list[bool], list[bool], list[float]]:
@@ -147,21 +161,13 @@ def _asked(session: Session, trial: RouteTrial, most: int) -> tuple[list[bool], 
     seconds: list[float] = []
     while True:
         begun = time.process_time()
-        learnt = _learn(session)
+        learnt = session.learn()
         seconds.append(round(time.process_time() - begun, 3))
-        curve.append(judge(trial.site, learnt.greedy.astype(np.int64)).success)
+        curve.append(judge(trial.site, learnt.greedy).success)
         planned.append(_planned(trial.site, learnt, curve[-1]))
         if session.query is None or len(curve) > most:
             return curve, planned, seconds
         session.submit(trial.expert.answer(session.query))
-
-
-def _learn(session: Session) -> Learned:
-    work = session.snapshot()
-    assert work is not None
-    learnt = work.run()
-    session.adopt(learnt)
-    return learnt
 
 
 def _planned(site: Site, learnt: Learned, otherwise: bool) -> bool:

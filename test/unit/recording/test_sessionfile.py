@@ -154,9 +154,7 @@ def asking(path: Path) -> SavedSession:
 
 
 def learn(saved: SavedSession) -> None:
-    work = saved.session.snapshot()
-    assert work is not None
-    assert saved.session.adopt(work.run())
+    saved.session.learn()
     assert saved.session.query is not None
     saved.note_asked(saved.session.query.query_id)
 

@@ -11,7 +11,7 @@ from advise_ros.core.advice.advice import Verdict
 from advise_ros.core.advice.state import advice_state, agreed, doubtful
 from advise_ros.core.irl.settings import LearnSettings
 from advise_ros.core.learning.learner import learn
-from support.learning import BY_CLUSTERS, CORRIDOR, EAST, NORTH, WEST, answer, demonstration, learn_now, ready, record
+from support.learning import BY_CLUSTERS, CORRIDOR, EAST, NORTH, WEST, answer, demonstration, ready, record
 
 TAKEN = np.array([[2, 34, 2, 2]] * 2 + [[9, 1, 1, 1], [0, 0, 0, 0]])
 RIGHT, WRONG = record(1, (0, 1), (EAST,), (WEST,)), record(2, (0, 1), (WEST,), (EAST,))
@@ -83,7 +83,7 @@ def test_questions_about_clusters_end_with_the_clusters() -> None:
     asking = ready(settings=replace(BY_CLUSTERS, enough=100.0))
     while asking.query is not None:
         asking.submit(answer(asking, avoided=(WEST,)))
-        left = learn_now(asking)
+        left = asking.learn()
     assert left.doubt_left == 0.0 and not left.enough_advice
     assert len(asking.advice.answers) >= 6
 

@@ -23,7 +23,6 @@ from support.learning import (
     answer,
     demonstration,
     flights,
-    learn_now,
     ready,
     record,
     taken_back,
@@ -49,27 +48,27 @@ def test_a_demonstration_taken_back_leaves_no_trace_but_in_the_count() -> None:
     session, never = Session(ROUND_TRIP, BY_CLUSTERS), Session(ROUND_TRIP, BY_CLUSTERS)
     for found in (first, second):
         session.add(found)
-        learn_now(session)
+        session.learn()
     session.add(taken_back(second))
     assert session.standing == (first,)
     never.add(first)
-    without, alone = learn_now(session), learn_now(never)
+    without, alone = session.learn(), never.learn()
     assert (without.digest, without.reward.tobytes()) == (alone.digest, alone.reward.tobytes())
     assert (without.n_demonstrations, alone.n_demonstrations) == (3, 1)
     session.add(third)
-    assert learn_now(session).n_demonstrations == 4
+    assert session.learn().n_demonstrations == 4
 
 
 def test_when_nothing_stands_there_is_nothing_to_learn_until_the_next_flight() -> None:
     first, second = flights(0, number=2)
     session = Session(ROUND_TRIP, BY_CLUSTERS)
     session.add(first)
-    learned = learn_now(session)
+    learned = session.learn()
     session.add(taken_back(first))
     assert (session.standing, session.snapshot(), session.learned) == ((), None, learned)
     assert session.submit(answer(session)).accepted, 'what is said about states holds whatever was flown'
     session.add(second)
-    assert learn_now(session).log_length == 1
+    assert session.learn().log_length == 1
 
 
 def test_an_accepted_answer_closes_its_question_and_asks_for_learning() -> None:
@@ -81,7 +80,7 @@ def test_an_accepted_answer_closes_its_question_and_asks_for_learning() -> None:
     assert asked is not None
     assert (outcome.record.states, outcome.record.advice_id) == (asked.states, 1)
     assert session.query is None
-    learned = learn_now(session)
+    learned = session.learn()
     assert learned.query is not None
     assert (learned.version, learned.query.query_id) == (2, 2)
     assert not set(learned.query.states) & set(asked.states)
@@ -120,7 +119,7 @@ def test_a_second_answer_comes_too_late_before_and_after_learning() -> None:
     told = answer(session)
     session.submit(told)
     assert session.submit(told).code == Code.ALREADY_ANSWERED
-    learn_now(session)
+    session.learn()
     assert session.submit(told).code == Code.ALREADY_ANSWERED
 
 
@@ -129,18 +128,18 @@ def test_a_question_replaced_by_a_newer_one_is_stale() -> None:
     old = answer(session)
     session.add(flights(9)[0])
     assert session.check(old).accepted, 'still open until the new policy is there'
-    learn_now(session)
+    session.learn()
     assert session.submit(old).code == Code.STALE_QUERY
 
 
 def test_the_budget_counts_answers_and_not_skips() -> None:
     session = ready(budget=1)
     assert session.submit(answer(session, (), (), Verdict.SKIP)).budget_left == 1
-    learn_now(session)
+    session.learn()
     assert session.submit(answer(session)).budget_left == 0
-    assert learn_now(session).query is None
+    assert session.learn().query is None
     assert session.undo().budget_left == 1
-    assert learn_now(session).query is not None
+    assert session.learn().query is not None
 
 
 def test_a_spent_budget_refuses_answers_that_are_still_open() -> None:
@@ -159,7 +158,7 @@ def test_a_question_passed_over_is_not_asked_again_and_advises_nothing(verdict: 
     assert passed is not None
     session.submit(answer(session, (NORTH,), (SOUTH,), verdict))
     assert session.log[0].preferred == ()
-    learned = learn_now(session)
+    learned = session.learn()
     assert learned.greedy.tolist() == before.greedy.tolist()
     assert learned.query is not None
     assert learned.query.states != passed.states
@@ -170,7 +169,7 @@ def test_a_mixed_cluster_is_asked_about_in_halves() -> None:
     passed = session.query
     assert passed is not None
     session.submit(answer(session, (), (), Verdict.MIXED))
-    learned = learn_now(session)
+    learned = session.learn()
     assert len(set(learned.clusters[list(passed.states)].tolist())) == 2
     assert learned.clusters.max() == BY_CLUSTERS.clusters, 'one more than before, counted from 0'
 
@@ -179,7 +178,7 @@ def test_undo_takes_the_last_answer_that_holds_and_retract_any() -> None:
     session = ready()
     for _ in range(3):
         session.submit(answer(session))
-        learn_now(session)
+        session.learn()
     undone = session.undo()
     assert (undone.code, undone.message) == (Code.OK, 'answer 3 is taken back')
     assert session.retract(1).accepted
@@ -194,12 +193,12 @@ def test_undo_withdraws_the_open_question_and_asks_the_old_one_again() -> None:
     session = ready()
     first = session.query
     session.submit(answer(session))
-    learn_now(session)
+    session.learn()
     second = answer(session)
     session.undo()
     assert session.query is None
     assert session.submit(second).code == Code.STALE_QUERY
-    again = learn_now(session).query
+    again = session.learn().query
     assert first is not None
     assert again is not None
     assert (again.query_id, again.states) == (3, first.states)
@@ -213,7 +212,7 @@ def test_a_result_that_is_out_of_date_is_not_adopted() -> None:
     session.add(flights(9)[0])
     assert not session.adopt(work.run())
     assert session.query is None
-    newest = learn_now(session)
+    newest = session.learn()
     assert session.snapshot() is None
     assert not session.adopt(newest), 'adopted already'
 
@@ -226,7 +225,7 @@ def test_a_preview_learns_without_committing() -> None:
     assert session.log == ()
     assert session.snapshot() is None
     session.submit(answer(session))
-    assert learn_now(session).digest == would.digest
+    assert session.learn().digest == would.digest
     refused = session.preview(Answer(99, Verdict.ANSWER))
     assert not isinstance(refused, Work)
     assert refused.code == Code.UNKNOWN_QUERY
@@ -238,10 +237,10 @@ def _asked_again(settings: LearnSettings) -> tuple[Session, Answer]:
     query = session.query
     assert query is not None
     session.restore((record(1, query.states[:1], (EAST,), (WEST,)),))
-    learn_now(session)
+    session.learn()
     while session.query is not None and query.states[0] not in session.query.states:
         session.submit(answer(session, (), (), Verdict.SKIP))
-        learn_now(session)
+        session.learn()
     return session, answer(session, (WEST,), (EAST,))
 
 
@@ -251,7 +250,7 @@ def test_elastic_advice_notes_a_contradiction_and_goes_on() -> None:
     assert (outcome.accepted, outcome.code, outcome.contradicts) == (True, Code.OK, (1,))
     assert 'contradicts earlier answers: 1' in outcome.message
     assert outcome.record is not None
-    assert learn_now(session).contradictions == (1, outcome.record.advice_id)
+    assert session.learn().contradictions == (1, outcome.record.advice_id)
 
 
 def test_strict_advice_refuses_a_contradiction() -> None:
@@ -264,12 +263,12 @@ def test_a_restored_session_goes_on_where_it_stopped() -> None:
     session = ready()
     for _ in range(2):
         session.submit(answer(session))
-        newest = learn_now(session)
+        newest = session.learn()
     restored = Session(ROUND_TRIP, BY_CLUSTERS)
     for flight in flights(0):
         restored.add(flight)
     restored.restore(session.log)
-    again = learn_now(restored)
+    again = restored.learn()
     assert again.digest == newest.digest
     assert (again.query, newest.query) != (None, None)
     assert again.query is not None
@@ -298,11 +297,11 @@ def test_a_drawn_split_is_asked_about_in_its_two_parts() -> None:
     part, rest = asked.states[:2], asked.states[2:]
     outcome = session.submit(replace(answer(session, (), (), Verdict.SPLIT), part=part))
     assert outcome.record is not None and (outcome.record.states, outcome.record.verdict) == (part, Verdict.SPLIT)
-    learned = learn_now(session)
+    learned = session.learn()
     assert {len(set(learned.clusters[list(states)])) for states in (part, rest)} == {1}
     assert learned.clusters[part[0]] != learned.clusters[rest[0]]
     session.undo()
-    assert len(set(learn_now(session).clusters[list(asked.states)])) == 1
+    assert len(set(session.learn().clusters[list(asked.states)])) == 1
 
 
 @pytest.mark.parametrize('part', ['none', 'all', 'others', 'twice'])

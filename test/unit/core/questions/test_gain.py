@@ -18,7 +18,7 @@ from advise_ros.core.learning.learner import learn
 from advise_ros.core.learning.session import Session
 from advise_ros.core.numerics import Ints
 from advise_ros.core.questions.expected_corrections import Known, worth
-from support.learning import EAST, NORTH, ROUND_TRIP, SOUTH, WEST, answer, flights, learn_now, record
+from support.learning import EAST, NORTH, ROUND_TRIP, SOUTH, WEST, answer, flights, record
 
 # Two states flown east, two flown north again and again but east now and then, one flown north.
 TAKEN = np.array([[0, 20, 1, 0], [1, 19, 0, 0], [14, 6, 0, 0], [15, 5, 1, 0], [20, 0, 0, 1]])
@@ -34,7 +34,7 @@ def often(settings: LearnSettings) -> Session:
     session = Session(ROUND_TRIP, settings)
     for flight in flights(0, OFTEN):
         session.add(flight)
-    learn_now(session)
+    session.learn()
     return session
 
 
@@ -112,7 +112,7 @@ def test_the_learner_asks_on_after_every_cluster_was_asked_and_no_question_twice
         assert session.query is not None
         asked.append(session.query.states)
         session.submit(answer(session, avoided=(WEST,)))
-        learn_now(session)
+        session.learn()
     assert len(set(asked)) == 5
 
 

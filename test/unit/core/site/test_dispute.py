@@ -11,7 +11,6 @@ from advise_ros.core.site.dispute import MOST_CELLS, dispute_of
 from advise_ros.core.site.layout import Bytes, layout_of
 from advise_ros.core.site.questions import grasped
 from advise_ros.experiments.sites import expert_of, judge
-from support.learning import learn_now
 from support.sites import asking
 
 GRID = Grid(2.0, 6, 6, (0.0, 0.0), 5.0, (5, 35, 30, 0))
@@ -69,7 +68,7 @@ def test_gestures_say_mostly_what_directions_say_and_lead_there() -> None:
             opposed += bool(set(chosen.preferred) & set(avoided) or set(chosen.avoided) & set(preferred))
             asked += 1
             session.submit(Answer(query.query_id, Verdict.ANSWER, chosen.preferred, chosen.avoided))
-            learn_now(session)
+            session.learn()
         assert session.learned is not None
         successes += judge(site, session.learned.greedy).success
     assert asked >= 3
@@ -82,7 +81,7 @@ def test_who_does_not_know_is_not_asked_the_same_in_other_words() -> None:
     first = session.query
     assert first is not None
     session.submit(Answer(first.query_id, Verdict.UNSURE))
-    second = learn_now(session).query
+    second = session.learn().query
     assert second is None or (second.states, second.disputed) != (first.states, first.disputed)
 
 

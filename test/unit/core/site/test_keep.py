@@ -35,8 +35,7 @@ def learnt(seed: int) -> tuple[Site, Site, SitePrior, np.ndarray]:
     session = Session(site.grid, SETTINGS)
     for flight in flights_of(site, pilot_of(site, 'errs', 0.4, 0.2, np.random.default_rng([seed, 1])), 5):
         session.add(flight)
-    learned = session.snapshot().run()
-    session.adopt(learned)
+    learned = session.learn()
     assert learned.keep_out is not None
     return site, other, session.kept(learned), learned.keep_out
 

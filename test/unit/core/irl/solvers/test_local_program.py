@@ -20,7 +20,7 @@ from advise_ros.core.learning.session import Work
 from advise_ros.core.numerics import Ints
 from advise_ros.core.planning.process import mdp_of
 from advise_ros.core.planning.rollout import optimal_table
-from support.learning import answer, learn_now, ready
+from support.learning import answer, ready
 
 SIDE = 16
 PLAIN = Grid(1.0, SIDE, SIDE, (0.0, 0.0), 3.0, (30, 250))
@@ -133,12 +133,12 @@ def test_a_session_previews_roughly_where_that_is_quicker_and_learns_exactly(mon
     work = replace(work, settings=replace(work.settings, solver='highs'))
     assert work.run().solver == 'highs', 'a solver that was named is the one that is asked'
     assert session.submit(answer(session)).accepted
-    learned = learn_now(session)
+    learned = session.learn()
     assert (learned.solver, learned.gap <= EXACT) == ('highs', True)
     assert rough.objective <= learned.objective * (1 + 1e-9)
     monkeypatch.setattr(local_preview, 'QUICK', learned.grid.n_states)
     fresh = ready()
     assert fresh.submit(answer(fresh)).accepted
-    again = learn_now(fresh)
+    again = fresh.learn()
     assert (again.digest, again.value.tobytes()) == (learned.digest, learned.value.tobytes())
     assert again.solved is None
