@@ -2,7 +2,7 @@
 
 usage: ./advise python bags/make_sessions.py [--to DIRECTORY] [NAME ...]
 
-simulated_session is a run of the demo (about a minute), the others are made by the cores alone in seconds. Each is
+simulated_session is a run of the demo (some minutes), the others are made by the cores alone in seconds. Each is
 replayed, and only one that follows byte for byte replaces what is there already. Run it again when what the cores
 compute or the messages have changed. Needs the maker of the tests' sessions (test/support).
 

@@ -22,7 +22,7 @@ from advise_ros.demo.graph import LISTENERS, DemoGraph
 from advise_ros.demo.options import DemoOptions, DemoSites
 from advise_ros.demo.tracks import TrackLog, entered_cells
 from advise_ros.report.pictures import FlownTrack
-from advise_ros.ros import convert, convert_advice
+from advise_ros.ros import calls, convert, convert_advice
 from advise_ros.ros.graph_client import GraphClient
 from advise_ros.ros.maps import FULL
 from advise_ros.supervisor import Child, Supervisor
@@ -261,7 +261,7 @@ def site_rows(site: Site) -> list[str]:
 
 
 class _HumanPrompt:
-    """Prints each new question with the exact call that answers it."""
+    """Prints each new question with the lines that answer it."""
 
     def __init__(self, client: GraphClient, console: DemoConsole) -> None:
         self._client = client
@@ -278,15 +278,6 @@ class _HumanPrompt:
             return
         self._shown = query.query_id
         self._console.say(f'[bold]Question {query.query_id}:[/bold] {query.question}')
-        for line in answer_calls(query.query_id, self._client.node.resolve_service_name('advise/answer')):
+        service, words = self._client.node.resolve_service_name('advise/answer'), [option.word for option in query.options]
+        for line in calls.how_to_answer(service, self._client.node.get_namespace(), query.query_id, words).splitlines():
             self._console.rich.print(f'           {line}', markup=False)
-
-
-def answer_calls(query_id: int, service: str) -> tuple[str, str]:
-    """The two ways to answer a query by hand, as lines to type."""
-    request = f'{{query_id: {query_id}, verdict: 0, preferred: [1], avoided: [0, 2, 3], expert_id: me}}'
-    return (
-        f'./advise answer --query {query_id} --prefer east --avoid north,south,west',
-        f'ros2 service call {service} advise_msgs/srv/AnswerQuery "{request}"',
-    )
-

@@ -57,8 +57,8 @@ def random_site(size: str, rng: np.random.Generator, *, hidden: bool = True) -> 
     """
     if size not in SIZES:
         raise InputError(f"site '{size}' is unknown; known: {', '.join(SIZES)}")
-    grid = _random_grid(SIZES[size], rng)
-    return site_with(grid, _hidden_areas(grid, rng) if hidden else np.zeros(grid.n_cells, dtype=np.uint8))
+    grid = random_grid(SIZES[size], rng)
+    return site_with(grid, hidden_areas(grid, rng) if hidden else np.zeros(grid.n_cells, dtype=np.uint8))
 
 
 def other_route(site: Site, rng: np.random.Generator, tries: int = 3000) -> Site | None:
@@ -77,7 +77,7 @@ def other_route(site: Site, rng: np.random.Generator, tries: int = 3000) -> Site
 
 def other_wishes(site: Site, rng: np.random.Generator) -> Site:
     """The same route as flown by somebody else, who wants other areas kept out of."""
-    return site_with(site.grid, _hidden_areas(site.grid, rng))
+    return site_with(site.grid, hidden_areas(site.grid, rng))
 
 
 def given_up(flight: Demonstration) -> Demonstration:
@@ -163,7 +163,7 @@ def _enters(site: Site) -> Bools:
     return np.tile(entering, (site.grid.n_layers, 1))
 
 
-def _random_grid(size: Size, rng: np.random.Generator) -> Grid:
+def random_grid(size: Size, rng: np.random.Generator) -> Grid:
     blank = Grid(2.0, size.edge, size.edge, (-1.0, -1.0), 5.0, size.fixed or (0,))
     if size.fixed:
         return blank
@@ -179,7 +179,7 @@ def _far_apart(grid: Grid, waypoints: Ints) -> bool:
     return bool(apart.min() >= max(APART_CELLS, int(APART_SHARE * grid.width)))
 
 
-def _hidden_areas(grid: Grid, rng: np.random.Generator) -> Bytes:
+def hidden_areas(grid: Grid, rng: np.random.Generator) -> Bytes:
     """(cells,) rectangles or irregular areas on the direct ways that leave a way round."""
     free = [*grid.waypoints, grid.cell_of(grid.start_state())]
     direct = site_with(grid, np.zeros(grid.n_cells, dtype=np.uint8)).right

@@ -17,7 +17,7 @@ from advise_ros.core.site.layout import Bytes, layout_of
 from advise_ros.core.site.pilots import AVOID_AT_ALL_COST, IN_SET, best_sets
 from advise_ros.core.site.plan import PRICE, highest, lowest
 from advise_ros.core.site.wishes import CORRIDOR_SAVES
-from advise_ros.experiments.sites import Size, _hidden_areas, _random_grid
+from advise_ros.experiments.sites import Size, hidden_areas, random_grid
 
 WISHES = ('nothing', 'keep-out', 'dear', 'corridor', 'one-waypoint')
 SIZE = Size(10, 5)
@@ -41,7 +41,7 @@ def wished_site(wish: str, rng: np.random.Generator, size: Size = SIZE) -> tuple
     """
     if wish not in WISHES:
         raise InputError(f"wish '{wish}' is unknown; known: {', '.join(WISHES)}")
-    grid = _random_grid(size, rng)
+    grid = random_grid(size, rng)
     for _ in range(TRIES):
         weights = _weights(grid, wish, rng)
         site = _site(grid, weights)
@@ -83,9 +83,9 @@ def _at_stake(site: Site, weights: Floats) -> bool:
 def _weights(grid: Grid, wish: str, rng: np.random.Generator) -> Floats:
     weights = np.zeros((grid.n_layers, grid.n_cells))
     if wish in {'keep-out', 'dear'}:
-        weights[:] = _hidden_areas(grid, rng) * (1.0 if wish == 'keep-out' else DEAR / PRICE)
+        weights[:] = hidden_areas(grid, rng) * (1.0 if wish == 'keep-out' else DEAR / PRICE)
     if wish == 'one-waypoint':
-        weights[rng.integers(grid.n_layers)] = _hidden_areas(grid, rng)
+        weights[rng.integers(grid.n_layers)] = hidden_areas(grid, rng)
     if wish == 'corridor':
         weights[:, _corridors(grid, rng)] = -CORRIDOR_SAVES / PRICE
         weights[:, [*grid.waypoints, grid.cell_of(grid.start_state())]] = 0.0

@@ -107,8 +107,8 @@ def learn(  # noqa: PLR0913 - evidence and numbering of a session
 ) -> Learned:
     """Reward, policy and next question.
 
-    Neither the order of the demonstrations nor that of the answers matters, and what was taken back of either
-    leaves no trace (but in `n_demonstrations` and `log_length`).
+    The order of the demonstrations does not matter, and that of the answers only with acquisition `site`, which draws maps after
+    each. What was taken back of either leaves no trace (but in `n_demonstrations` and `log_length`).
 
     Args:
         grid: states and actions.
@@ -128,7 +128,7 @@ def learn(  # noqa: PLR0913 - evidence and numbering of a session
     check_demonstrations(grid, demonstrations, prior)
     check_prior(settings, prior)
     flown = standing(demonstrations)
-    before = prior.without(kept_route(grid.waypoints, flown, advice_state(log)))
+    before = prior.without(kept_route(grid.waypoints, flown, advice_state(log))) if prior else prior
     counts, process = count(grid, flown), process_of(grid, settings.slip, settings.gamma)
     clusters = cluster_states(process, counts, settings)
     found = improve(process, settings, counts, clusters, log, solver_by_name(settings.solver, earlier), prior=before)

@@ -14,7 +14,7 @@ from advise_ros.core.numerics import Ints
 from advise_ros.core.planning.rollout import rollout
 from advise_ros.core.questions.select import Question, Selection, Situation
 from advise_ros.core.questions.uncertainty import cluster_uncertainty, sources
-from advise_ros.core.site.wording import place, words
+from advise_ros.core.site.wording import listed, place, words
 
 if TYPE_CHECKING:
     from advise_ros.core.site.questions import SiteQuestion
@@ -152,7 +152,7 @@ def _where(grid: Grid, states: Ints) -> str:
 def _waypoints(layers: list[int]) -> str:
     if len(layers) == 1:
         return f'waypoint {layers[0]}'
-    return f'waypoints {", ".join(map(str, layers[:-1]))} and {layers[-1]}'
+    return f'waypoints {listed([str(layer) for layer in layers])}'
 
 
 def _flown(taken: Ints) -> str:

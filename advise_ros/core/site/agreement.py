@@ -14,11 +14,12 @@ import numpy as np
 
 from advise_ros.core.numerics import Bools, Floats, Ints
 from advise_ros.core.site.belief import CELL_PRICE, SamplerSettings, SiteBelief, problem_of
-from advise_ros.core.site.chain import MOVES, PRIOR, Problem, new_chain
+from advise_ros.core.site.chain import MOVES, Problem, log_prior, new_chain
 from advise_ros.core.site.layout import Bytes, Layout
 from advise_ros.core.site.pilots import Pilot, moves_of
 from advise_ros.core.site.plan import barred
 from advise_ros.core.site.tempering import TEMPERATURES, draw
+from advise_ros.core.site.wording import listed
 
 # Two maps have to be likelier than one by so much [nat]: 20 to 1.
 CLEARLY = 3.0
@@ -42,14 +43,13 @@ class TwoPeople(NamedTuple):
     theirs: tuple[int, ...]
     others: tuple[int, ...]
 
-
     def sentence(self, layout: Layout) -> str:
         """What the person who learns from the flights should read.
 
         Args:
             layout: of the flights.
         """
-        named, verb = _listed([str(flight + 1) for flight in self.flights]), 'look' if len(self.flights) > 1 else 'looks'
+        named, verb = listed([str(flight + 1) for flight in self.flights]), 'look' if len(self.flights) > 1 else 'looks'
         places = [_places(layout, cells) for cells in (self.theirs, self.others)]
         return (
             f'flight{"s" * (len(self.flights) > 1)} {named} {verb} like those of somebody with other wishes: '
@@ -74,12 +74,13 @@ def two_people(
         return None
     grouping = _Grouping(layout, tuple(flights), belief.pilots[0].pilot, settings or SamplerSettings(), rng)
     believed = np.unique(barred(np.concatenate([belief.maps, belief.doubting])).astype(np.uint8), axis=0)
-    group = _apart(_levels([grouping.problem([flight]) for flight in range(len(flights))], believed))
+    each = [grouping.problem([flight]) for flight in range(len(flights))]
+    group = _apart(_levels(each, believed))
     for _ in range(REGROUPED):
         if group.all() or not group.any():
             return None
         pair = np.array([grouping.likeliest(np.flatnonzero(side)) for side in (group, ~group)])
-        levels = _levels([grouping.problem([flight]) for flight in range(len(flights))], pair)
+        levels = _levels(each, pair)
         before, group = group, levels[:, 0] > levels[:, 1]
         if np.array_equal(before, group):
             return grouping.judged(group, pair, believed)
@@ -123,11 +124,7 @@ class _Grouping(NamedTuple):
 
 def _places(layout: Layout, cells: Sequence[int]) -> str:
     named = [f'({cell % layout.width}, {cell // layout.width})' for cell in cells]
-    return f'{_listed(named)} {"are" if len(named) > 1 else "is"}' if named else 'nothing is'
-
-
-def _listed(words: Sequence[str]) -> str:
-    return f'{", ".join(words[:-1])} and {words[-1]}' if len(words) > 1 else words[0]
+    return f'{listed(named)} {"are" if len(named) > 1 else "is"}' if named else 'nothing is'
 
 
 def _levels(problems: Sequence[Problem], maps: Bytes) -> Floats:
@@ -136,7 +133,7 @@ def _levels(problems: Sequence[Problem], maps: Bytes) -> Floats:
 
 
 def _priors(problem: Problem, maps: Bytes) -> Floats:
-    return np.array([new_chain(problem, one).total[PRIOR] for one in maps])
+    return np.array([log_prior(problem, one) for one in maps])
 
 
 def _apart(levels: Floats) -> Bools:

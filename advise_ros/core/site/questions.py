@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -53,25 +54,26 @@ def next_question(
     asking = np.concatenate([belief.maps[::2], belief.doubting])
     sets = best_sets(layout, asking)
     differs = (sets != sets[0]).any(axis=0)
-    refused = {_partition(sets, piece).tobytes() for piece in unwanted}
+    refused = {_answers(sets, piece).tobytes() for piece in unwanted}
     pieces = [piece for piece in _candidates(layout, belief, asking, sets, rng) if differs[list(piece)].any()]
     if len(pieces) > MOST_CANDIDATES:
         pieces = [pieces[at] for at in np.sort(rng.choice(len(pieces), MOST_CANDIDATES, replace=False))]
-    candidates = [piece for piece in pieces if _partition(sets, piece).tobytes() not in refused]
-    worths = _worths(layout, asking, sets, candidates, {one.states for one in belief.answers})
+    answers = {piece: _answers(sets, piece) for piece in pieces}
+    candidates = {piece: told for piece, told in answers.items() if told.tobytes() not in refused}
+    worths = _worths(layout, asking, candidates, {one.states for one in belief.answers})
     if not len(worths) or worths.max() <= 0.0:
         return None
-    best = candidates[int(worths.argmax())]
-    chosen = grasped(sets, candidates, best)
+    pieces = list(candidates)
+    chosen = grasped(sets, pieces, pieces[int(worths.argmax())])
     codes = _codes(sets, np.array(chosen, dtype=np.int32))
     return SiteQuestion(chosen, float(worths.max()), dispute_of(layout, asking, codes))
 
 
-def grasped(sets: Bytes, candidates: list[tuple[int, ...]], best: tuple[int, ...]) -> tuple[int, ...]:
+def grasped(sets: Bytes, candidates: Sequence[tuple[int, ...]], best: tuple[int, ...]) -> tuple[int, ...]:
     """Of the pieces around the best one that tell the same, one that is nearest to GRASPED cells."""
-    told, inside = _partition(sets, best), set(best)
+    told, inside = _answers(sets, best), set(best)
     around = [piece for piece in candidates if inside <= set(piece)]
-    alike = [piece for piece in around if np.array_equal(_partition(sets, piece), told)]
+    alike = [piece for piece in around if np.array_equal(_answers(sets, piece), told)]
     return min(alike, key=lambda piece: abs(len(piece) - GRASPED))
 
 
@@ -104,24 +106,19 @@ def _straight(layout: Layout, states: list[int], greedy: Ints) -> list[list[int]
 
 
 def _worths(
-    layout: Layout, asking: Bytes, sets: Bytes, candidates: list[tuple[int, ...]], asked: set[tuple[int, ...]],
+    layout: Layout, asking: Bytes, candidates: Mapping[tuple[int, ...], Ints], asked: set[tuple[int, ...]],
 ) -> Floats:
     """(m,) steps that the answer to each candidate is expected to save."""
     if not candidates:
         return np.zeros(0)
-    groups: dict[bytes, int] = {}
-    which = np.empty(len(candidates), dtype=np.int64)
-    partitions: list[Ints] = []
-    for at, piece in enumerate(candidates):
-        inverse = _partition(sets, piece)
-        which[at] = groups.setdefault(inverse.tobytes(), len(groups))
-        if which[at] == len(partitions):
-            partitions.append(inverse)
-    now = least_steps(layout, asking.mean(axis=0)[None])[0]
-    saved = now - np.array([_steps_after(layout, asking, partition) for partition in partitions])
-    sizes = np.array([len(piece) for piece in candidates])
+    now = float(least_steps(layout, asking.mean(axis=0)[None])[0])
+    saved: dict[bytes, float] = {}
+    for told in candidates.values():
+        if told.tobytes() not in saved:
+            saved[told.tobytes()] = now - _steps_after(layout, asking, told) if told.any() else 0.0
     again = np.array([ASKED_BEFORE if _nested(set(piece), asked) else 1.0 for piece in candidates])
-    worths: Floats = saved[which] * again - PER_CELL * sizes
+    sizes = np.array([len(piece) for piece in candidates])
+    worths: Floats = np.array([saved[told.tobytes()] for told in candidates.values()]) * again - PER_CELL * sizes
     return worths
 
 
@@ -130,20 +127,17 @@ def _nested(piece: set[int], asked: set[tuple[int, ...]]) -> bool:
     return any(piece <= set(one) or piece >= set(one) for one in asked)
 
 
-def _partition(sets: Bytes, piece: tuple[int, ...]) -> Ints:
+def _answers(sets: Bytes, piece: tuple[int, ...]) -> Ints:
     """(maps,) the number of the answer under each map, from 0."""
     codes = _codes(sets, np.array(piece, dtype=np.int32))
-    parts: Ints = np.unique(codes, return_inverse=True)[1].ravel()
-    return parts
+    numbers: Ints = np.unique(codes, return_inverse=True)[1].ravel()
+    return numbers
 
 
-def _steps_after(layout: Layout, asking: Bytes, partition: Ints) -> float:
-    """Expected cost of the route when it is known which part of the maps is the right one."""
-    parts = partition.max() + 1
-    if parts == 1:
-        return float(least_steps(layout, asking.mean(axis=0)[None])[0])
-    means = np.array([asking[partition == part].mean(axis=0) for part in range(parts)])
-    return float((np.bincount(partition) / len(partition)) @ least_steps(layout, means))
+def _steps_after(layout: Layout, asking: Bytes, answers: Ints) -> float:
+    """Expected cost of the route when the answer is known; (maps,) its number under each map."""
+    means = np.array([asking[answers == number].mean(axis=0) for number in range(answers.max() + 1)])
+    return float((np.bincount(answers) / len(answers)) @ least_steps(layout, means))
 
 
 @njit(cache=True)

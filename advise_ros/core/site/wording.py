@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -54,7 +55,7 @@ def words(grid: Grid, layer: int, cells: tuple[int, ...], taken: Ints, *, enters
     if not moves.into and moves.beside >= MOVES_BESIDE:
         return Words(f'{way} you always went round {area}. On purpose?', ON_PURPOSE, BY_ACCIDENT)
     if moves.into:
-        counted = f'you flew into {area} {_times(moves.into)} and past {them} {_times(moves.beside)}'
+        counted = f'you flew into {area} {times(moves.into)} and past {them} {times(moves.beside)}'
         return Words(f'{way} {counted}. Should I keep out?', YES, NO)
     if enters:
         return Words(f'{way} you were never near {area}, and I would fly through {them}. Should I keep out?', YES, NO)
@@ -84,9 +85,15 @@ def span(name: str, indices: Ints) -> str:
     return f'{name} {low}' if low == high else f'{name}s {low}-{high}'
 
 
+def listed(words: Sequence[str]) -> str:
+    """E.g. '1, 2 and 4'."""
+    return f'{", ".join(words[:-1])} and {words[-1]}' if len(words) > 1 else words[0]
+
+
 def _these(number: int) -> str:
     return 'this cell' if number == 1 else f'these {number} cells'
 
 
-def _times(number: int) -> str:
+def times(number: int) -> str:
+    """E.g. 'twice', '3 times'."""
     return {0: 'never', 1: 'once', 2: 'twice'}.get(number, f'{number} times')
