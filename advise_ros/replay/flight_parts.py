@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -85,16 +86,27 @@ def _flight(
     cut_off = statuses[-1].value.phase in UNDER_WAY
     mine = tuple(one for one in commands if first_ns < one.stamp_ns and (cut_off or one.stamp_ns <= last_ns))
     if cut_off:
-        mine = _until_silence(mine, statuses[-1])
+        mine = _until_death(mine, statuses[-1], session.on('policy/status'))
     return RecordedFlight(statuses, mine, cut_off, node_begun_ns, _lacks(session, statuses, mine))
 
 
-def _until_silence(commands: tuple[RecordedMessage, ...], last: RecordedMessage) -> tuple[RecordedMessage, ...]:
-    """The commands before the node died; later ones are from another node."""
-    for index, (before, after) in enumerate(pairwise(commands), start=1):
-        silent_ns = after.message.publish_time_ns - before.message.publish_time_ns
-        if silent_ns > SILENCE_NS and after.message.publish_time_ns > last.message.publish_time_ns:
+def _until_death(
+    commands: tuple[RecordedMessage, ...], last: RecordedMessage, statuses: tuple[RecordedMessage, ...],
+) -> tuple[RecordedMessage, ...]:
+    """The commands before the node of a flight died; those after a silence, or after a word of the next node, are another's.
+
+    Args:
+        commands: since the flight began, of whichever node.
+        last: the last status of the flight.
+        statuses: all of the recording.
+    """
+    heard_ns = last.message.publish_time_ns
+    next_node_ns = min((one.message.publish_time_ns for one in statuses[statuses.index(last) + 1:]), default=math.inf)
+    for index, command in enumerate(commands):
+        published_ns = command.message.publish_time_ns
+        if published_ns >= next_node_ns or published_ns - heard_ns > SILENCE_NS:
             return commands[:index]
+        heard_ns = max(heard_ns, published_ns)
     return commands
 
 

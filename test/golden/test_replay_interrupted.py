@@ -53,7 +53,7 @@ def flight(bag: SessionBag, config: PolicyConfig) -> PolicyFlight:
 
 
 # -- the policy node was killed and started again -----------------------------------------------------
-@pytest.mark.parametrize('ticks', [1, 9, 40])
+@pytest.mark.parametrize('ticks', [0, 1, 9, 40])
 @pytest.mark.parametrize('idle_heard', [True, False])
 def test_a_policy_that_was_killed_and_started_again_with_another_speed(
     bag: SessionBag, tmp_path: Path, ticks: int, idle_heard: bool,
