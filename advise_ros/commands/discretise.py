@@ -24,12 +24,12 @@ from advise_ros.core.grid.cell_tracker import check_hysteresis
 from advise_ros.core.grid.grid import Grid
 from advise_ros.core.units import NS
 from advise_ros.exits import INTERRUPTED, OK, USAGE, fail
-from advise_ros.recording.bags import DEFAULT_TOPICS, BagTopics
 from advise_ros.recording.batch import ReadTask, RecordingResult, read_all, read_one
 from advise_ros.recording.dataset import Dataset, save_dataset
 from advise_ros.recording.demofile import save_demonstrations
 from advise_ros.recording.gridfile import load_grid
 from advise_ros.recording.sources import find_recordings
+from advise_ros.recording.topics import DEFAULT_TOPICS, BagTopics
 
 TABLE_COLUMNS = 120  # Where the terminal does not say its width.
 WAYPOINTS_SHOWN = 6
@@ -120,11 +120,15 @@ def _parser() -> argparse.ArgumentParser:
         '--dask', default='', metavar='ADDRESS', help='use the Dask cluster whose scheduler is there, e.g. tcp://host:8786',
     )
     topics = parser.add_argument_group('topics of a bag (a name without / in front is found in any namespace)')
-    topics.add_argument('--pose-topic', metavar='NAME', help='positions (default: pose, else odom)')
-    topics.add_argument('--command-topic', metavar='NAME', help=f'default: {DEFAULT_TOPICS.command}, where there is one')
+    topics.add_argument('--pose-topic', metavar='NAME', help='positions (default: pose, else odom, of the vehicle that flies)')
+    topics.add_argument('--command-topic', metavar='NAME', help='TwistStamped or Twist (default: cmd_vel, where there is one)')
     topics.add_argument(
         '--status-topic', metavar='NAME',
         help="the vehicle's state (default: vehicle_status, MAVROS' state or PX4's vehicle_status)",
+    )
+    topics.add_argument('--vehicle', default='', metavar='NAME', help='namespace of the vehicle, where several were recorded')
+    topics.add_argument(
+        '--frame', default='', metavar='NAME', help="frame of the positions whose origin and axes are the grid's (default: map)",
     )
     settings = parser.add_argument_group('settings (as the parameters of the recorder)')
     for name, spec in _setting_specs().items():
@@ -152,10 +156,10 @@ def _settings(options: argparse.Namespace) -> DiscretiseSettings:
 
 
 def _topics(options: argparse.Namespace) -> BagTopics:
-    pose = (options.pose_topic,) if options.pose_topic else DEFAULT_TOPICS.pose
     asked = {'command': options.command_topic, 'status': options.status_topic}
     named = {kind: name for kind, name in asked.items() if name}
-    return DEFAULT_TOPICS._replace(pose=pose, required=tuple(named), **named)
+    pose = (options.pose_topic,) if options.pose_topic else ()
+    return DEFAULT_TOPICS._replace(pose=pose, required=tuple(named), vehicle=options.vehicle, frame=options.frame, **named)
 
 
 # -- work ------------------------------------------------------------------------------------------

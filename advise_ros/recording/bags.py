@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
+from advise_ros.core.demonstrations.command_clock import Arrived, on_positions_clock
 from advise_ros.core.demonstrations.samples import (
     Arrivals,
     CommandSamples,
@@ -18,57 +20,57 @@ from advise_ros.core.demonstrations.samples import (
     Recording,
     VehicleEvent,
 )
+from advise_ros.core.demonstrations.timeline import STEP_NS, STRAYS
 from advise_ros.core.errors import LogError
-from advise_ros.core.units import MAP_FRAME
+from advise_ros.core.units import MAP_FRAME, NS
 from advise_ros.recording import px4
 from advise_ros.recording.blocks import Block, Channel, Integers
 from advise_ros.recording.codec import Codec
-from advise_ros.recording.columns import STRINGS, Growing, read, why_unlike
-from advise_ros.recording.states import ADVISE, EVENT_OF, STATES, stamp_ns, status_names
+from advise_ros.recording.columns import STRINGS, Frames, Growing, read, why_unlike
+from advise_ros.recording.states import ADVISE, EVENT_OF, stamp_ns, status_names
 from advise_ros.recording.storage import open_source
-
-# ArduPilot's DDS sends positions east-north-up from its origin and calls their frame so all the same.
-ARDUPILOT_POSES, ARDUPILOT_FRAME = ('ap/pose/filtered', 'ap/v1/pose/filtered'), 'base_link'
-POSE_TYPES = (
-    'geometry_msgs/msg/PoseStamped', 'nav_msgs/msg/Odometry', 'geometry_msgs/msg/PoseWithCovarianceStamped', *px4.TYPES,
+from advise_ros.recording.topics import (
+    ARDUPILOT_FRAME,
+    ARDUPILOT_POSES,
+    COMMAND_TYPES,
+    COMMANDS,
+    DEFAULT_TOPICS,
+    POLICY_TYPE,
+    POSE_TYPES,
+    BagTopics,
+    ChosenTopics,
+    Held,
+    choose_topics,
+    full_name,
+    is_named,
 )
-COMMAND_TYPE = 'geometry_msgs/msg/TwistStamped'
-POLICY_TYPE = 'advise_msgs/msg/FlightStatus'
+
 POLICY_FLIES = (1, 2)  # FlightStatus.TO_START, FLYING
 
 ProgressCallback = Callable[[int, int], None]
-# Stamps, vectors and what they are in order of.
-_Ordered = tuple[Integers, npt.NDArray[np.float64], Integers]
 EventT = TypeVar('EventT', VehicleEvent, PolicyEvent)
 
 
-class BagTopics(NamedTuple):
-    """Names of the topics to read: a name without leading '/' is found in any namespace.
+class _Ordered(NamedTuple):
+    """The vectors of a topic in order of arrival.
 
-    The first name of `pose` that the bag has is taken; the defaults fit advise_ros, MAVROS and the DDS of ArduPilot and PX4.
-    Without a `status` it is as recording/states.py says.
-    `required` names those besides the positions that the bag must have: 'command', 'status'.
+    Attributes:
+        stamps_ns, log_ns: (n,) of the headers, and when they were recorded.
+        vectors: (n, 3).
+        places: (n,) what they are in order of: number in the file, or log time.
     """
 
-    pose: tuple[str, ...] = (
-        '/pose', 'local_position/pose', 'pose', 'local_position/odom', 'odom', *ARDUPILOT_POSES, *px4.TOPICS,
-    )
-    command: str = 'cmd_vel'
-    status: str = ''
-    policy: str = 'policy/status'
-    required: tuple[str, ...] = ()
+    stamps_ns: Integers
+    vectors: npt.NDArray[np.float64]
+    log_ns: Integers
+    places: Integers
+
+    def at(self, rows: npt.NDArray[Any]) -> _Ordered:
+        """Some of them."""
+        return _Ordered(self.stamps_ns[rows], self.vectors[rows], self.log_ns[rows], self.places[rows])
 
 
-DEFAULT_TOPICS = BagTopics()
-
-
-class _Topics(NamedTuple):
-    """What the names stand for in one bag; '' where it has none."""
-
-    pose: str
-    command: str
-    status: str
-    policy: str
+NOTHING = _Ordered(np.empty(0, dtype=np.int64), np.empty((0, 3)), np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64))
 
 
 def read_bag(
@@ -76,8 +78,9 @@ def read_bag(
 ) -> Recording:
     """The samples of one vehicle in a bag, stamped by their headers.
 
-    They are in the order of their log times; in a bag by our logger, which keeps the order of arrival, in that of
-    the file. What is cut off or damaged is left out and mentioned in the notes.
+    They are in the order of their log times; in a bag by our logger, which keeps the order of arrival, and where the log's
+    clock was set back, in that of the file. Commands without a stamp, or with one of another clock, go by when they were
+    recorded. What is cut off or damaged is left out and mentioned in the notes.
 
     Args:
         path: a rosbag2 directory or an .mcap file.
@@ -85,7 +88,7 @@ def read_bag(
         progress: called now and then with what is read and what there is in all.
 
     Raises:
-        LogError: the bag can't be read, has no such positions, or has them in another frame than 'map'.
+        LogError: the bag can't be read, has no such positions, or has them in another frame than the map's.
     """
     source = open_source(path)
     collected = _Collected(path, topics)
@@ -94,107 +97,70 @@ def read_bag(
     return collected.recording(source.topics, tuple(source.notes), numbered=source.numbered)
 
 
-# -- topics ----------------------------------------------------------------------------------------
-def _resolve(path: str | Path, types: dict[str, str], topics: BagTopics) -> _Topics:
-    pose = _pose_topic(path, types, topics)
-    others = (
-        _beside(pose, name, [topic for topic, msgtype in types.items() if msgtype == wanted])
-        for name, wanted in ((topics.command, COMMAND_TYPE), (topics.policy, POLICY_TYPE))
-    )
-    command, policy = others
-    found = _Topics(pose, command, _status_topic(pose, types, topics.status), policy)
-    for kind in topics.required:
-        if not getattr(found, kind):
-            name, wanted = getattr(topics, kind), {'command': COMMAND_TYPE, 'status': ADVISE}[kind]
-            raise LogError(
-                f"{path} has no {wanted} on a topic '{name}'; it has {_listed(types)}: name the right one (--{kind}-topic)"
-            )
-    return found
-
-
-def _status_topic(pose: str, types: dict[str, str], name: str) -> str:
-    """The topic named, of any type with the vehicle's state, or the first of STATES that is beside the positions."""
-    wanted = [(kind, name) for kind in EVENT_OF] if name else STATES
-    found = (_beside(pose, of, [topic for topic, msgtype in types.items() if msgtype == kind]) for kind, of in wanted)
-    return next(filter(None, found), '')
-
-
-def _listed(types: dict[str, str]) -> str:
-    return ', '.join(f'{topic} ({msgtype})' for topic, msgtype in sorted(types.items())) or 'no topics'
-
-
-def _pose_topic(path: str | Path, types: dict[str, str], topics: BagTopics) -> str:
-    for name in topics.pose:
-        matches = [topic for topic in types if types[topic] in POSE_TYPES and _is_named(topic, name)]
-        exact = [topic for topic in matches if topic == '/' + name.lstrip('/')]
-        if len(matches) > 1 and not exact:
-            several = ', '.join(sorted(matches))
-            raise LogError(f'{path} has positions on {several}; name one of them in full (--pose-topic)')
-        if matches:
-            return (exact or matches)[0]
-    wanted = ' or '.join(f"'{name}'" for name in topics.pose)
-    raise LogError(f'{path} has no positions on a topic {wanted}; it has {_listed(types)}: name the right one (--pose-topic)')
-
-
-def _is_named(topic: str, name: str) -> bool:
-    return topic == name or (not name.startswith('/') and topic.endswith('/' + name))
-
-
-def _beside(pose: str, name: str, candidates: list[str]) -> str:
-    """The topic of that name in the namespace of the positions or nearest around it, '' if there is none."""
-    matches = [topic for topic in candidates if _is_named(topic, name)]
-    namespace = pose.rsplit('/', 1)[0]
-    while namespace:
-        if f'{namespace}/{name}' in matches:
-            return f'{namespace}/{name}'
-        namespace = namespace.rsplit('/', 1)[0]
-    exact = '/' + name.lstrip('/')
-    if exact in matches:
-        return exact
-    return matches[0] if len(matches) == 1 else ''
-
-
 # -- samples ---------------------------------------------------------------------------------------
 class _Stretch:
     """The vectors of one topic, as they come out of the bag."""
 
     def __init__(self, channel: Channel) -> None:
+        self.type_name, self.topic = channel.type_name, full_name(channel.topic)
         self.problem = why_unlike(channel)
         self._px4: px4.MessageLayout | None = None
         if channel.type_name in px4.TYPES and not self.problem:
             self._px4 = px4.layout(channel)
             self.problem = '' if self._px4 else f'the bag does not say where {channel.type_name} has its stamp and position'
         self.strings = STRINGS.get(channel.type_name, 0)
-        self.frames = frozenset((MAP_FRAME,))
-        if channel.topic.endswith(tuple(f'/{name}' for name in ARDUPILOT_POSES)):
-            self.frames |= {ARDUPILOT_FRAME}
-        self.others: Counter[str] = Counter()
-        self.unfit = 0
+        self.frames, self.count, self.unfit = Frames(), 0, 0
         self._stamps_ns, self._log_ns, self._places = (Growing(np.int64) for _ in range(3))
-        self._vectors = Growing(np.float64, 3)
+        self._frames, self._vectors = Growing(np.int32), Growing(np.float64, 3)
+        self._lowest_m, self._highest_m = np.inf, -np.inf
 
     def take(self, block: Block, rows: Integers, first: int) -> None:
         """Messages of a block whose first message is the bag's message number `first`."""
+        self.count += len(rows)
         if self.problem:
             return
-        column = px4.read(block, rows, self._px4) if self._px4 else read(block, rows, self.strings, self.frames)
+        column = px4.read(block, rows, self._px4, self.frames) if self._px4 else read(block, rows, self.strings, self.frames)
         self._stamps_ns.add(column.stamps_ns)
         self._vectors.add(column.vectors)
         self._log_ns.add(column.log_ns)
         self._places.add(first + column.rows)
-        self.others += column.others
+        self._frames.add(column.frames)
         self.unfit += column.unfit
+        heights_m = column.vectors[np.isfinite(column.vectors[:, 2]), 2]
+        self._lowest_m = min(self._lowest_m, heights_m.min(initial=np.inf))
+        self._highest_m = max(self._highest_m, heights_m.max(initial=-np.inf))
 
-    def vectors(self, *, in_file_order: bool) -> _Ordered:
-        """Stamps, vectors and what they are in order of (number in the file, or log time); to be asked once."""
-        grown = (self._log_ns, self._stamps_ns, self._vectors, self._places)
-        log_ns, stamps_ns, vectors, places = (one.whole() for one in grown)
-        if in_file_order:
-            return stamps_ns, vectors, places
-        if (log_ns[1:] < log_ns[:-1]).any():
-            order = np.argsort(log_ns, kind='stable')
-            return stamps_ns[order], vectors[order], log_ns[order]
-        return stamps_ns, vectors, log_ns
+    @property
+    def held(self) -> Held:
+        return Held(self.type_name, self.count, max(0.0, float(self._highest_m - self._lowest_m)))
+
+    def begins_anew(self) -> bool:
+        """Whether the clock of the log was set back in it, as in a looped playback recorded by simulated time.
+
+        Parts that lie in another order than they were recorded in do not overlap. Nothing can be taken after.
+        """
+        log_ns = self._log_ns.whole()
+        cuts = [0, *(np.flatnonzero(np.diff(log_ns) < -STEP_NS) + 1).tolist(), len(log_ns)]
+        parts = sorted((int(log_ns[a:b].min()), int(log_ns[a:b].max())) for a, b in pairwise(cuts) if b - a > STRAYS)
+        return any(after[0] < before[1] for before, after in pairwise(parts))
+
+    def vectors(self, accepted: frozenset[str], *, in_file_order: bool) -> tuple[_Ordered, Counter[str]]:
+        """The vectors in one of the frames, in the order of the file or of their log times; nothing can be taken after.
+
+        And how many are in each other frame.
+        """
+        grown = (self._stamps_ns, self._vectors, self._log_ns, self._places, self._frames)
+        stamps_ns, vectors, log_ns, places, frames = (one.whole() for one in grown)
+        names = list(self.frames)
+        counts = np.bincount(frames, minlength=len(names)).tolist()
+        others = Counter({name: count for name, count in zip(names, counts, strict=True) if count and name not in accepted})
+        found = _Ordered(stamps_ns, vectors, log_ns, places if in_file_order else log_ns)
+        if others:
+            inside = np.isin(frames, [self.frames[name] for name in accepted & self.frames.keys()])
+            found = found.at(inside)
+        if (found.places[1:] < found.places[:-1]).any():
+            found = found.at(np.argsort(found.places, kind='stable'))
+        return found, others
 
 
 class _Messages:
@@ -231,85 +197,146 @@ class _Collected:
     """All that may be wanted, until it is known what the bag holds."""
 
     def __init__(self, path: str | Path, topics: BagTopics) -> None:
-        self._path, self._topics = path, topics
+        self._path, self._asked = path, topics
         self._vectors: dict[str, _Stretch] = {}
         self._messages: dict[str, _Messages] = {}
-        self._count = 0
+        self._counts: Counter[tuple[str, str]] = Counter()
+        self._read = 0
 
     def take(self, block: Block) -> None:
+        counts = np.bincount(block.channel_ids, minlength=1) if len(block.channel_ids) else np.zeros(1, dtype=np.int64)
         for number, channel in block.channels.items():
+            count = int(counts[number]) if number < len(counts) else 0
+            if not count:
+                continue
+            self._counts[full_name(channel.topic), channel.type_name] += count
             taker = self._taker(channel)
-            rows = block.where(number) if taker is not None else None
-            if taker is not None and rows is not None and rows.size:
-                taker.take(block, rows, self._count)
-        self._count += len(block.starts)
+            if taker is not None:
+                taker.take(block, block.where(number), self._read)
+        self._read += len(block.starts)
 
     def _taker(self, channel: Channel) -> _Stretch | _Messages | None:
-        topic, names = channel.topic, self._topics
-        wanted = {
-            COMMAND_TYPE: (names.command,), POLICY_TYPE: (names.policy,),
-            **{kind: (names.status,) if names.status else status_names(kind) for kind in EVENT_OF},
-            **dict.fromkeys(POSE_TYPES, names.pose),
-        }.get(channel.type_name, ())
-        if not any(_is_named(topic, name) for name in wanted):
+        topic, kind = full_name(channel.topic), channel.type_name
+        if kind in POSE_TYPES:
+            wanted = not self._asked.pose or any(is_named(topic, name) for name in self._asked.pose)
+        else:
+            wanted = any(is_named(topic, name) for name in self._names(kind))
+        if not wanted:
             return None
-        if channel.type_name not in STRINGS and channel.type_name not in px4.TYPES:
+        if kind not in STRINGS and kind not in px4.TYPES:
             return self._messages.setdefault(topic, _Messages(channel))
         if topic not in self._vectors:
             self._vectors[topic] = _Stretch(channel)
         return self._vectors[topic]
 
+    def _names(self, kind: str) -> tuple[str, ...]:
+        """Those by which messages of a type may be wanted, where they are not positions."""
+        asked = self._asked
+        if kind in COMMAND_TYPES:
+            return (asked.command,) if asked.command else COMMANDS
+        if kind in EVENT_OF:
+            return (asked.status,) if asked.status else status_names(kind)
+        return (asked.policy,) if kind == POLICY_TYPE else ()
+
     def recording(self, types: dict[str, str], notes: tuple[str, ...], *, numbered: bool) -> Recording:
-        found = _resolve(self._path, types, self._topics)
-        stamps_ns, positions_enu_m, in_order_of = self._poses(found.pose, numbered=numbered)
-        (commands_ns, velocities, commanded), said = self._commands(found.command, numbered=numbered)
-        statuses, unfit = self._values(found.status, numbered=numbered)
-        flights, lost = self._values(found.policy, numbered=numbered)
+        """All that was collected.
+
+        Args:
+            types: of all topics, also of silent ones.
+            notes: on the reading.
+            numbered: the file is in order of arrival.
+        """
+        held = {full_name(topic): Held(kind, 0) for topic, kind in types.items()}
+        held |= {topic: Held(kind, count) for (topic, kind), count in self._counts.items()}
+        held |= {topic: one.held for topic, one in self._vectors.items()}
+        found = choose_topics(self._path, held, self._asked)
+        in_file_order = numbered or self._stretch(found.pose).begins_anew()
+        poses = self._poses(found.pose, in_file_order=in_file_order)
+        commands, said = self._commands(found.command, poses, in_file_order=in_file_order)
+        statuses, unfit = self._values(found.status, in_file_order=in_file_order)
+        flights, lost = self._values(found.policy, in_file_order=in_file_order)
         counts = ((self._vectors[found.pose].unfit, found.pose), (unfit, found.status), (lost, found.policy))
-        said += [_unfit(count, topic) for count, topic in counts if count]
-        event_of = EVENT_OF.get(types.get(found.status, ''), EVENT_OF[ADVISE])
+        said += [_unfit(count, topic) for count, topic in counts if count] + _unused(found, held)
+        event_of = EVENT_OF.get(held[found.status].type_name if found.status else '', EVENT_OF[ADVISE])
         events, changed = _changes([event_of(message) for _, message in statuses], [place for place, _ in statuses])
         policy, flew = _changes(
             [PolicyEvent(stamp_ns(message), message.phase in POLICY_FLIES) for _, message in flights],
             [place for place, _ in flights],
         )
         return Recording(
-            PoseSamples(stamps_ns, positions_enu_m), CommandSamples(commands_ns, velocities), events, policy,
-            source=str(self._path), notes=(*notes, *said),
-            arrivals=Arrivals(*(np.searchsorted(in_order_of, of, side='right') for of in (commanded, changed, flew))),
+            PoseSamples(poses.stamps_ns, poses.vectors), CommandSamples(commands.stamps_ns, commands.vectors), events, policy,
+            source=f'{self._path} ({found})', notes=(*notes, *said),
+            arrivals=Arrivals(*(_before(poses, of) for of in (commands.places, changed, flew))),
         )
 
-    def _poses(self, topic: str, *, numbered: bool) -> _Ordered:
-        stretch = self._vectors.get(topic)
-        if stretch is None:
-            raise LogError(f'{self._path} has no message on {topic}; record a flight with positions')
-        if stretch.problem:
-            raise LogError(f'{self._path}, topic {topic}: {stretch.problem}')
-        for frame in stretch.others:
+    def _poses(self, topic: str, *, in_file_order: bool) -> _Ordered:
+        stretch = self._stretch(topic)
+        asked = self._asked.frame.strip('/')
+        accepted = {MAP_FRAME, asked} if asked else {MAP_FRAME}
+        if asked == MAP_FRAME:
+            accepted.add('')
+        if topic.endswith(tuple(f'/{name}' for name in ARDUPILOT_POSES)):
+            accepted.add(ARDUPILOT_FRAME)
+        poses, others = stretch.vectors(frozenset(accepted), in_file_order=in_file_order)
+        for frame in others:
             raise LogError(
-                f"{self._path}: the positions on {topic} are in frame '{frame}', "
-                f"not '{MAP_FRAME}' (ENU); record positions in frame '{MAP_FRAME}'"
+                f"{self._path}: the positions on {topic} are in frame '{frame}', not '{MAP_FRAME}' (ENU); "
+                f'if its origin and axes (east, north, up) are those of the grid, pass --frame {frame or MAP_FRAME}'
             )
-        poses = stretch.vectors(in_file_order=numbered)
-        if not len(poses[0]):
+        if not len(poses.stamps_ns):
             raise LogError(f'{self._path}: none of the {stretch.unfit} messages on {topic} fits its type; name another topic')
         return poses
 
-    def _commands(self, topic: str, *, numbered: bool) -> tuple[_Ordered, list[str]]:
-        stretch = self._vectors.get(topic)
-        if stretch is None:
-            return (np.empty(0, dtype=np.int64), np.empty((0, 3)), np.empty(0, dtype=np.int64)), []
+    def _stretch(self, topic: str) -> _Stretch:
+        stretch = self._vectors[topic]
         if stretch.problem:
             raise LogError(f'{self._path}, topic {topic}: {stretch.problem}')
+        return stretch
+
+    def _commands(self, topic: str, poses: _Ordered, *, in_file_order: bool) -> tuple[_Ordered, list[str]]:
+        """The commands, on the clock of the positions; and what is to be said about them."""
+        if not topic:
+            return NOTHING, []
+        stretch = self._stretch(topic)
+        # MAVROS does not look at the frame of a command, and most people leave it empty.
+        commands, others = stretch.vectors(frozenset((MAP_FRAME, self._asked.frame.strip('/'), '')), in_file_order=in_file_order)
         notes = [
             f"{count} commands in frame '{frame}' are not in '{MAP_FRAME}' and were not used"
-            for frame, count in sorted(stretch.others.items())
+            for frame, count in sorted(others.items())
         ]
-        return stretch.vectors(in_file_order=numbered), notes + [_unfit(stretch.unfit, topic)] * bool(stretch.unfit)
+        notes += [_unfit(stretch.unfit, topic)] * bool(stretch.unfit)
+        if '' in stretch.frames and len(commands.stamps_ns):
+            notes.append(f'commands on {topic} name no frame; they were taken as velocities to the east and north')
+        if self._asked.as_stamped:
+            return commands, notes
+        own, where = Arrived(commands.stamps_ns, commands.log_ns), Arrived(poses.stamps_ns, poses.log_ns)
+        on_clock = on_positions_clock(own, where, _before(poses, commands.places))
+        if on_clock.ahead_ns:
+            notes.append(
+                f'the stamps of {topic} are of another clock, {on_clock.ahead_ns / NS:.1f} s ahead of that of the positions: '
+                'commands count from when they were recorded'
+            )
+        elif on_clock.unstamped:
+            notes.append(f'{on_clock.unstamped} commands on {topic} have no stamp: they count from when they were recorded')
+        return commands._replace(stamps_ns=on_clock.stamps_ns), notes
 
-    def _values(self, topic: str, *, numbered: bool) -> tuple[list[tuple[int, Any]], int]:
+    def _values(self, topic: str, *, in_file_order: bool) -> tuple[list[tuple[int, Any]], int]:
         messages = self._messages.get(topic)
-        return messages.decoded(in_file_order=numbered) if messages else ([], 0)
+        return messages.decoded(in_file_order=in_file_order) if messages else ([], 0)
+
+
+def _before(poses: _Ordered, places: Integers) -> Integers:
+    """How many positions had arrived before what lies at each place."""
+    return np.searchsorted(poses.places, places, side='right')
+
+
+def _unused(found: ChosenTopics, held: dict[str, Held]) -> list[str]:
+    """One sentence on topics that might have been meant."""
+    said = []
+    for topic in found.unused:
+        option = '--pose-topic' if held[topic].type_name in POSE_TYPES else '--command-topic'
+        said.append(f'{held[topic].messages} {held[topic].type_name} on {topic} ({option} {topic})')
+    return [f'not used: {", ".join(said)}'] if said else []
 
 
 def _unfit(count: int, topic: str) -> str:

@@ -16,8 +16,8 @@ from advise_ros.core.demonstrations.samples import Recording
 from advise_ros.core.errors import InputError, LogError
 from advise_ros.core.grid.grid import Grid
 from advise_ros.parallel import on_cores
-from advise_ros.recording.bags import DEFAULT_TOPICS, BagTopics
 from advise_ros.recording.sources import ProgressCallback, read_recording
+from advise_ros.recording.topics import DEFAULT_TOPICS, BagTopics
 
 REASONS_SHOWN = 2
 CLUSTER_TIMEOUT_S = 15.0
@@ -59,7 +59,7 @@ def read_one(path: str, task: ReadTask, progress: ProgressCallback | None = None
         return RecordingResult(path, (), (), str(problem))
     except (MemoryError, OSError, ValueError, LookupError, TypeError) as problem:  # One recording must not end the others.
         return RecordingResult(path, (), (), f'{path} cannot be read ({type(problem).__name__}: {problem}); please report it')
-    remarks = tuple(f'{path}: {note}' for note in (*recording.notes, *found.notes))
+    remarks = (recording.source, *(f'{path}: {note}' for note in (*recording.notes, *found.notes)))
     if found.demonstrations:
         return RecordingResult(path, found.demonstrations, remarks)
     reason = '; '.join(found.notes[:REASONS_SHOWN]) or why_no_flight(task.grid, recording)

@@ -7,7 +7,6 @@ CDR: OMG DDSI-RTPS 10 (PLAIN_CDR); numbers are aligned to their size from byte 4
 
 from __future__ import annotations
 
-from collections import Counter
 from functools import cache
 from typing import Any, NamedTuple
 
@@ -19,12 +18,14 @@ from advise_ros.core.units import NS
 from advise_ros.recording.blocks import Block, Channel, Integers, gather
 from advise_ros.recording.codec import parsed
 
-# Type -> strings before its first vector.
+# Type -> strings before its first vector; 0: it has no header, and so no stamp.
 STRINGS = {
     'geometry_msgs/msg/PoseStamped': 1,
     'geometry_msgs/msg/PoseWithCovarianceStamped': 1,
     'nav_msgs/msg/Odometry': 2,
+    'geometry_msgs/msg/TransformStamped': 2,
     'geometry_msgs/msg/TwistStamped': 1,
+    'geometry_msgs/msg/Twist': 0,
 }
 POINT = ('float64 x', 'float64 y', 'float64 z')
 COVARIANCE = 'float64[36] covariance'
@@ -41,6 +42,10 @@ DEFINED = {
     'geometry_msgs/msg/TwistWithCovariance': ('geometry_msgs/msg/Twist twist', COVARIANCE),
     'geometry_msgs/msg/PoseStamped': ('std_msgs/msg/Header header', 'geometry_msgs/msg/Pose pose'),
     'geometry_msgs/msg/PoseWithCovarianceStamped': ('std_msgs/msg/Header header', 'geometry_msgs/msg/PoseWithCovariance pose'),
+    'geometry_msgs/msg/Transform': ('geometry_msgs/msg/Vector3 translation', 'geometry_msgs/msg/Quaternion rotation'),
+    'geometry_msgs/msg/TransformStamped': (
+        'std_msgs/msg/Header header', 'string child_frame_id', 'geometry_msgs/msg/Transform transform',
+    ),
     'geometry_msgs/msg/TwistStamped': ('std_msgs/msg/Header header', 'geometry_msgs/msg/Twist twist'),
     'nav_msgs/msg/Odometry': (
         'std_msgs/msg/Header header', 'string child_frame_id', 'geometry_msgs/msg/PoseWithCovariance pose',
@@ -60,10 +65,10 @@ class Column(NamedTuple):
     """What the messages of one topic in one block hold.
 
     Attributes:
-        stamps_ns: (m,) of the headers.
+        stamps_ns: (m,) of the headers, 0 where they have none.
         vectors: (m, 3).
         log_ns: (m,) when they were recorded.
-        others: frame -> messages that are in it and not in one of those wanted; they are left out.
+        frames: (m,) numbers of their frames.
         unfit: messages whose bytes are not of the type; they are left out.
         rows: (m,) where they lie in the block.
     """
@@ -71,9 +76,16 @@ class Column(NamedTuple):
     stamps_ns: Integers
     vectors: npt.NDArray[np.float64]
     log_ns: Integers
-    others: Counter[str]
+    frames: Integers
     unfit: int
     rows: Integers
+
+
+class Frames(dict[str, int]):
+    """Names of frames without a slash in front, numbered as they come."""
+
+    def number(self, name: str) -> int:
+        return self.setdefault(name.lstrip('/'), len(self))
 
 
 @cache
@@ -102,28 +114,38 @@ def _spelt(kind: Any) -> str:
     return str(of[0]) if node == Nodetype.BASE else f'{_spelt(of[0])}[{of[1] or ""}]'
 
 
-def read(block: Block, rows: Integers, strings: int, frames: frozenset[str]) -> Column:
-    """The messages at `rows` that are in one of the frames, in their order.
+def read(block: Block, rows: Integers, strings: int, frames: Frames) -> Column:
+    """The messages at `rows`, in their order.
 
     Args:
+        block: of messages.
+        rows: (n,) which of them.
         strings: as in STRINGS, for the type of these messages.
+        frames: takes up the names of their frames.
     """
     data, count = block.data, len(rows)
     starts, sizes = block.starts[rows], block.ends[rows] - block.starts[rows]
     rows, starts, sizes = _only(sizes >= STRING_AT, rows, starts, sizes)
     rows, starts, sizes = _only(gather(data, '<u2', starts) == PLAIN_CDR_LITTLE_ENDIAN, rows, starts, sizes)
+    if not strings:
+        rows, starts = _only(sizes >= ENCAPSULATION + VECTOR_BYTES, rows, starts)
+        nothing = np.zeros(len(rows), dtype=np.int64)
+        frame = nothing + frames.number('') if len(rows) else nothing
+        return Column(nothing, _vectors(data, starts + ENCAPSULATION), block.log_ns[rows], frame, count - len(rows), rows)
     lengths = gather(data, '<u4', starts + LENGTH_AT).astype(np.int64)
     at, fits = _vectors_at(data, starts, sizes, lengths, strings)
     rows, starts, lengths, at = _only(fits, rows, starts, lengths, at)
-    inside, others = _in_frames(data, starts + STRING_AT, lengths, frames)
-    fitting = len(rows)
-    rows, starts, at = _only(inside, rows, starts, at)
     seconds = gather(data, '<i4', starts + SECONDS_AT).astype(np.int64)
     stamps_ns = seconds * NS + gather(data, '<u4', starts + NANOSECONDS_AT)
-    vectors = np.empty((len(rows), 3))
+    numbers = _frames_of(data, starts + STRING_AT, lengths, frames)
+    return Column(stamps_ns, _vectors(data, starts + at), block.log_ns[rows], numbers, count - len(rows), rows)
+
+
+def _vectors(data: bytes, at: Integers) -> npt.NDArray[np.float64]:
+    vectors = np.empty((len(at), 3))
     for axis in range(3):
-        vectors[:, axis] = gather(data, '<f8', starts + at + 8 * axis)
-    return Column(stamps_ns, vectors, block.log_ns[rows], others, count - fitting, rows)
+        vectors[:, axis] = gather(data, '<f8', at + 8 * axis)
+    return vectors
 
 
 def _only(kept: npt.NDArray[np.bool_], *arrays: Integers) -> tuple[Integers, ...]:
@@ -148,22 +170,15 @@ def _aligned(at: Integers, size: int) -> Integers:
     return at + (ENCAPSULATION - at) % size
 
 
-def _in_frames(
-    data: bytes, at: Integers, lengths: Integers, frames: frozenset[str],
-) -> tuple[npt.NDArray[np.bool_], Counter[str]]:
-    """Which names are wanted ones, and how often each other one is there; names of one length are looked at together."""
-    inside = np.zeros(len(at), dtype=np.bool_)
-    others: Counter[str] = Counter()
+def _frames_of(data: bytes, at: Integers, lengths: Integers, frames: Frames) -> Integers:
+    """The numbers of the frames whose names lie there; names of one length are looked at together."""
+    numbers = np.zeros(len(at), dtype=np.int64)
     for length in np.unique(lengths).tolist():
         same = np.flatnonzero(lengths == length)
         texts = gather(data, f'S{length}', at[same]) if length else np.zeros(len(same), dtype='S1')
         for text in texts[:1] if (texts == texts[0]).all() else np.unique(texts):
-            name, where = bytes(text).decode('utf-8', 'replace'), same[texts == text]
-            if name in frames:
-                inside[where] = True
-            else:
-                others[name] += len(where)
-    return inside, others
+            numbers[same[texts == text]] = frames.number(bytes(text).decode('utf-8', 'replace'))
+    return numbers
 
 
 class Growing:

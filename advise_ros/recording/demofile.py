@@ -7,6 +7,7 @@ another grid: a file of another one, and a mere list, as earlier versions wrote,
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Sequence
 from dataclasses import asdict, fields
 from pathlib import Path
@@ -22,6 +23,7 @@ from advise_ros.recording.whole_file import write_whole
 
 # Of more recordings the first ones are named in an error.
 RECORDINGS_NAMED = 4
+READ_OF_IT = r' \(positions [^()]*\)$'
 
 
 def save_demonstrations(path: str | Path, demonstrations: Sequence[Demonstration]) -> None:
@@ -47,7 +49,7 @@ def load_demonstrations(path: str | Path, grid: Grid) -> tuple[Demonstration, ..
     """
     if is_dataset(path):
         dataset = load_dataset(path)
-        _check_grid(f'dataset {path}', dataset.grid, grid, [one.source for one in dataset.demonstrations])
+        _check_grid(f'dataset {path}', dataset.grid, grid, _sources([{'source': one.source} for one in dataset.demonstrations]))
         return dataset.demonstrations
     records = _records(path, grid)
     return tuple(_checked(path, index, record, grid) for index, record in enumerate(records))
@@ -89,7 +91,10 @@ def _check_grid(what: str, made_on: Grid, grid: Grid, sources: Sequence[str]) ->
 
 
 def _sources(records: Sequence[Any]) -> list[str]:
-    return [str(record['source']) for record in records if isinstance(record, dict) and 'source' in record]
+    """The recordings, without what was read of each: 'flight.mcap (positions /pose, ...)'."""
+    return [
+        re.sub(READ_OF_IT, '', str(record['source'])) for record in records if isinstance(record, dict) and 'source' in record
+    ]
 
 
 def _again(sources: Sequence[str]) -> str:

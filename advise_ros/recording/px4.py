@@ -6,7 +6,6 @@ CDR: numbers are aligned to their size.
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Mapping
 from functools import lru_cache
 from typing import Any, NamedTuple
@@ -15,10 +14,11 @@ import numpy as np
 import numpy.typing as npt
 from rosbags.interfaces import Nodetype
 
+from advise_ros.core.units import MAP_FRAME
 from advise_ros.mavlink.frames import enu_rows_from_ned
 from advise_ros.recording.blocks import Block, Channel, Integers, gather
 from advise_ros.recording.codec import parsed
-from advise_ros.recording.columns import ENCAPSULATION, PLAIN_CDR_LITTLE_ENDIAN, Column
+from advise_ros.recording.columns import ENCAPSULATION, PLAIN_CDR_LITTLE_ENDIAN, Column, Frames
 
 TYPES = ('px4_msgs/msg/VehicleOdometry', 'px4_msgs/msg/VehicleLocalPosition')
 TOPICS = ('fmu/out/vehicle_odometry', 'fmu/out/vehicle_local_position', 'fmu/out/vehicle_local_position_v1')
@@ -71,27 +71,27 @@ def _places(fields: Any) -> Mapping[str, int]:
     return found
 
 
-def read(block: Block, rows: Integers, where: MessageLayout) -> Column:
+def read(block: Block, rows: Integers, where: MessageLayout, frames: Frames) -> Column:
     """PX4 messages as positions in the map frame (ENU); what is not valid is not a number.
 
     Args:
         block: of messages.
         rows: (n,) which of them, in their order.
         where: the fields of the channel's messages.
+        frames: takes up the names of their frames.
     """
     data, starts, count = block.data, block.starts[rows], len(rows)
     fits = block.ends[rows] - starts >= where.size
     fits[fits] = gather(data, '<u2', starts[fits]) == PLAIN_CDR_LITTLE_ENDIAN
     rows, starts = rows[fits], starts[fits]
-    fitting = len(rows)
-    others: Counter[str] = Counter()
+    numbers = np.full(len(rows), frames.number(MAP_FRAME), dtype=np.int64)
     if where.frame is not None:
         at, ned = where.frame
-        frames = gather(data, 'u1', starts + at)
-        others.update(f'PX4 frame {frame}' for frame in frames[frames != ned].tolist())
-        rows, starts = rows[frames == ned], starts[frames == ned]
+        of = gather(data, 'u1', starts + at)
+        for frame in np.unique(of[of != ned]).tolist():
+            numbers[of == frame] = frames.number(f'PX4 frame {frame}')
     positions = np.stack([gather(data, '<f4', starts + at) for at in where.position_at], axis=1).astype(np.float64)
     for at in where.valid_at:
         positions[gather(data, 'u1', starts + at) == 0] = np.nan
     stamps_ns: npt.NDArray[np.int64] = (gather(data, '<u8', starts + where.stamp_at) * np.uint64(NS_PER_US)).astype(np.int64)
-    return Column(stamps_ns, enu_rows_from_ned(positions), block.log_ns[rows], others, count - fitting, rows)
+    return Column(stamps_ns, enu_rows_from_ned(positions), block.log_ns[rows], numbers, count - len(rows), rows)

@@ -7,9 +7,10 @@ from pathlib import Path
 
 from advise_ros.core.demonstrations.samples import Recording
 from advise_ros.core.errors import LogError
-from advise_ros.recording.bags import DEFAULT_TOPICS, BagTopics, read_bag
+from advise_ros.recording.bags import read_bag
 from advise_ros.recording.storage import METADATA_FILE
 from advise_ros.recording.tlog import read_tlog
+from advise_ros.recording.topics import DEFAULT_TOPICS, BagTopics
 
 BAG_FILES = ('.mcap',)
 LOG_FILES = ('.tlog',)

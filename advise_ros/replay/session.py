@@ -17,13 +17,14 @@ from advise_ros.core.grid.grid import Grid
 from advise_ros.core.site.prior import SitePrior
 from advise_ros.core.units import NS
 from advise_ros.recording import platform
-from advise_ros.recording.bags import BagTopics, read_bag
+from advise_ros.recording.bags import read_bag
 from advise_ros.recording.codec import Codec
 from advise_ros.recording.definitions import definition
 from advise_ros.recording.messages import Bag, Message
 from advise_ros.recording.platform import PARAMETERS_RECORD, PLATFORM_RECORD, READ_AT
 from advise_ros.recording.sitefile import load_site, site_of_text
 from advise_ros.recording.storage import open_source
+from advise_ros.recording.topics import BagTopics
 from advise_ros.replay.overrides import GRID, Overrides, other_grid
 
 COMMAND_TYPE = 'geometry_msgs/msg/TwistStamped'
@@ -261,7 +262,9 @@ def _samples(bag: Bag, where: str, recorder: Mapping[str, Any]) -> Recording:
     pose = f'{where}/{recorder.get("pose_source", "pose")}'
     if pose not in bag.topics:
         return Recording(PoseSamples(np.empty(0, dtype=np.int64), np.empty((0, 3))))
-    names = BagTopics((pose,), f'{where}/cmd_vel', f'{where}/vehicle_status', f'{where}/policy/status')
+    names = BagTopics(
+        (pose,), f'{where}/cmd_vel', f'{where}/vehicle_status', f'{where}/policy/status', as_stamped=True,
+    )
     return read_bag(bag.path, names)
 
 

@@ -13,7 +13,8 @@ from advise_ros.core.demonstrations.epochs import divide
 from advise_ros.core.flight.policy_flight import FlightPlan, PolicyFlight
 from advise_ros.core.learning.learner import Learned
 from advise_ros.core.learning.session import Session
-from advise_ros.recording.bags import BagTopics, read_bag
+from advise_ros.recording.bags import read_bag
+from advise_ros.recording.topics import BagTopics
 from advise_ros.replay.session import at
 from advise_ros.ros import convert
 from advise_ros.settings import learn_settings
@@ -29,7 +30,7 @@ def test_a_policy_flew_until_another_node_says_that_it_is_idle(good: SessionBag,
     bag.fly(flight(bag, bag.policy), 3, ticks=9)
     began_ns = bag.entries[bag.where('/policy/status')[-1]][1]
     bag.start_policy_again(FASTER)
-    topics = BagTopics(('/pose',), '/cmd_vel', '/vehicle_status', '/policy/status')
+    topics = BagTopics(('/pose',), '/cmd_vel', '/vehicle_status', '/policy/status', as_stamped=True)
     (part,) = divide(read_bag(bag.write(tmp_path / 'bag'), topics)).parts
     assert [event.flies for event in part.policy] == [True, False, True, False]
     assert part.policy[2].stamp_ns <= began_ns <= part.policy[3].stamp_ns < bag.now_ns

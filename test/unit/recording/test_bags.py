@@ -1,111 +1,23 @@
 """Bags of several hands."""
 
 import shutil
-from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
-from rosbags.rosbag2 import StoragePlugin, Writer
-from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+from rosbags.rosbag2 import StoragePlugin
 
 from advise_ros.core.demonstrations.discretise import DiscretiseSettings
 from advise_ros.core.demonstrations.recorded_flights import demonstrations_of
-from advise_ros.core.demonstrations.samples import Recording, VehicleEvent
+from advise_ros.core.demonstrations.samples import Recording
 from advise_ros.core.errors import LogError
-from advise_ros.recording.bags import BagTopics, read_bag
+from advise_ros.recording.bags import read_bag
 from advise_ros.recording.definitions import definition
 from advise_ros.recording.sources import read_recording
+from advise_ros.recording.topics import BagTopics
 from advise_ros.recording.writer import BagWriter
 from support.flown import GRID, flight, round_trip
-from support.paths import ROOT
-
-STORE = get_typestore(Stores.ROS2_JAZZY)
-MESSAGES = ROOT / 'msg_defs' / 'msg'
-for kind in ('VehicleStatus', 'FlightStatus'):
-    STORE.register(get_types_from_msg((MESSAGES / f'{kind}.msg').read_text(), f'advise_msgs/msg/{kind}'))
-Entry = tuple[str, Any, int]
-
-
-def make(kind: str, **fields: Any) -> Any:
-    """A message; numbers that are not named are 0."""
-    return STORE.types[kind](**{name: fields.get(name, 0) for name, _ in STORE.fielddefs[kind][1]})
-
-
-def header(stamp_ns: int, frame_id: str) -> Any:
-    stamp = make('builtin_interfaces/msg/Time', sec=stamp_ns // 10**9, nanosec=stamp_ns % 10**9)
-    return make('std_msgs/msg/Header', stamp=stamp, frame_id=frame_id)
-
-
-def vector(x: float, y: float, z: float, kind: str = 'Vector3') -> Any:
-    return make(f'geometry_msgs/msg/{kind}', x=float(x), y=float(y), z=float(z))
-
-
-def pose(stamp_ns: int, position: Sequence[float], frame_id: str = 'map') -> Any:
-    still = make('geometry_msgs/msg/Quaternion', x=0.0, y=0.0, z=0.0, w=1.0)
-    inner = make('geometry_msgs/msg/Pose', position=vector(*position, kind='Point'), orientation=still)
-    return make('geometry_msgs/msg/PoseStamped', header=header(stamp_ns, frame_id), pose=inner)
-
-
-def odometry(stamp_ns: int, position: Sequence[float]) -> Any:
-    twist = make('geometry_msgs/msg/Twist', linear=vector(0, 0, 0), angular=vector(0, 0, 0))
-    inner, unknown = pose(stamp_ns, position).pose, np.zeros(36)
-    return make(
-        'nav_msgs/msg/Odometry', header=header(stamp_ns, 'map'), child_frame_id='base_link',
-        pose=make('geometry_msgs/msg/PoseWithCovariance', pose=inner, covariance=unknown),
-        twist=make('geometry_msgs/msg/TwistWithCovariance', twist=twist, covariance=unknown),
-    )
-
-
-def command(stamp_ns: int, velocity: Sequence[float], frame_id: str = 'map') -> Any:
-    twist = make('geometry_msgs/msg/Twist', linear=vector(*velocity), angular=vector(0, 0, 0))
-    return make('geometry_msgs/msg/TwistStamped', header=header(stamp_ns, frame_id), twist=twist)
-
-
-def status(event: VehicleEvent) -> Any:
-    return make(
-        'advise_msgs/msg/VehicleStatus', header=header(event.stamp_ns, ''), autopilot=event.autopilot, mode=event.mode,
-        connected=event.connected, ready=True, armed=event.armed, in_air=event.in_air, commandable=event.in_air,
-        waiting_for='', text='', owner=event.owner, failsafe='',
-    )
-
-
-def policy(stamp_ns: int, phase: int) -> Any:
-    return make('advise_msgs/msg/FlightStatus', header=header(stamp_ns, ''), phase=phase, message='', refusal='')
-
-
-def bag(path: Path, entries: Sequence[Entry], plugin: StoragePlugin = StoragePlugin.MCAP) -> Path:
-    with Writer(path, version=9, storage_plugin=plugin) as writer:
-        connections: dict[str, Any] = {}
-        for topic, message, stamp_ns in sorted(entries, key=lambda entry: entry[2]):
-            kind = message.__msgtype__
-            if topic not in connections:
-                connections[topic] = writer.add_connection(topic, kind, typestore=STORE)
-            writer.write(connections[topic], stamp_ns, STORE.serialize_cdr(message, kind))
-    return path
-
-
-def own_bag(path: Path, entries: Sequence[Entry], chunk_bytes: int = 2000) -> Path:
-    """By the writer of our logger, in the order given."""
-    writer = BagWriter(path, chunk_bytes=chunk_bytes)
-    channels: dict[str, int] = {}
-    for topic, message, stamp_ns in entries:
-        kind = message.__msgtype__
-        if topic not in channels:
-            channels[topic] = writer.add_topic(topic, definition(kind))
-        writer.write(channels[topic], stamp_ns, stamp_ns, bytes(STORE.serialize_cdr(message, kind)))
-    writer.close()
-    return path
-
-
-def entries_of(recording: Recording, prefix: str = '', frame_id: str = 'map') -> list[Entry]:
-    return [
-        *((f'{prefix}/pose', pose(int(s), p, frame_id), int(s)) for s, p in zip(*recording.poses, strict=True)),
-        *((f'{prefix}/cmd_vel', command(int(s), v), int(s)) for s, v in zip(*recording.commands, strict=True)),
-        *((f'{prefix}/vehicle_status', status(event), event.stamp_ns) for event in recording.events),
-    ]
-
+from support.ros_bags import STORE, bag, command, entries_of, odometry, own_bag, policy, pose
 
 FLOWN = flight(GRID, round_trip())
 
@@ -120,7 +32,8 @@ def same(found: Recording, expected: Recording = FLOWN) -> bool:
 def test_a_bag_gives_what_was_flown(tmp_path: Path, plugin: StoragePlugin, prefix: str) -> None:
     path = bag(tmp_path / 'bag', entries_of(FLOWN, prefix), plugin)
     found = read_recording(path)
-    assert same(found) and found.source == str(path)
+    topics = f'positions {prefix}/pose, commands {prefix}/cmd_vel, state {prefix}/vehicle_status'
+    assert same(found) and found.source == f'{path} ({topics})' and not found.notes
     (demonstration,) = demonstrations_of(GRID, found, DiscretiseSettings()).demonstrations
     assert len(demonstration.states) == len(round_trip()) - 1
 
@@ -227,9 +140,10 @@ def test_names_of_frames_may_differ_in_length_within_a_topic(tmp_path: Path) -> 
     entries = [('/cmd_vel', command(i + 1, (i, 1, 2), frames[i % 5]), i + 1) for i in range(50)]
     found = read_bag(bag(tmp_path / 'bag', [*entries_of(FLOWN), *entries]))
     assert sorted(found.notes) == [
-        f"10 commands in frame '{frame}' are not in 'map' and were not used" for frame in ('', 'a', 'base_link')
+        *(f"10 commands in frame '{frame}' are not in 'map' and were not used" for frame in ('a', 'base_link')),
+        'commands on /cmd_vel name no frame; they were taken as velocities to the east and north',
     ]
-    assert found.commands.velocities_enu_m_s[:20, 0].tolist() == [i for i in range(50) if frames[i % 5] == 'map']
+    assert found.commands.velocities_enu_m_s[:30, 0].tolist() == [i for i in range(50) if frames[i % 5] in ('map', '')]
 
 
 def test_a_bag_of_another_writer_is_read_in_the_order_of_its_log_times(tmp_path: Path) -> None:

@@ -1,0 +1,189 @@
+"""Which topics of a bag are read, in which frame and on whose clock."""
+
+import re
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from advise_ros.core.demonstrations.discretise import DiscretiseSettings
+from advise_ros.core.demonstrations.recorded_flights import demonstrations_of
+from advise_ros.core.demonstrations.samples import Recording
+from advise_ros.core.errors import LogError
+from advise_ros.core.units import NS
+from advise_ros.recording.bags import read_bag
+from advise_ros.recording.topics import BagTopics
+from support.flown import GRID, flight, round_trip
+from support.ros_bags import Entry, bag, command, entries_of, odometry, plain_command, pose, status, transform
+
+FLOWN = flight(GRID, round_trip())
+POSES = [(int(stamp_ns), position) for stamp_ns, position in zip(*FLOWN.poses, strict=True)]
+COMMANDS = [(int(stamp_ns), velocity) for stamp_ns, velocity in zip(*FLOWN.commands, strict=True)]
+MAVROS = '/mavros/local_position'
+
+
+def positions(topic: str, make: Any = pose, **fields: Any) -> list[Entry]:
+    return [(topic, make(stamp_ns, position, **fields), stamp_ns) for stamp_ns, position in POSES]
+
+
+def standing(topic: str, place: Sequence[float] = (2.0, 4.0, 5.0)) -> list[Entry]:
+    return [(topic, pose(stamp_ns, place), stamp_ns) for stamp_ns, _ in POSES]
+
+
+def commanded(topic: str) -> list[Entry]:
+    return [(topic, command(stamp_ns, velocity), stamp_ns) for stamp_ns, velocity in COMMANDS]
+
+
+def chosen(found: Recording) -> tuple[str, ...]:
+    """Of positions, commands and state."""
+    match = re.search(r'\(positions (\S+), commands (\S+), state (\S+)\)$', found.source)
+    assert match is not None, found.source
+    return match.groups()
+
+
+def flown_as_commanded(found: Recording) -> bool:
+    (demonstration,) = demonstrations_of(GRID, found, DiscretiseSettings()).demonstrations
+    (expected,) = demonstrations_of(GRID, FLOWN, DiscretiseSettings()).demonstrations
+    same = demonstration.states == expected.states and demonstration.actions == expected.actions
+    return same and demonstration.audit.ambiguous_actions == expected.audit.ambiguous_actions
+
+
+# -- names -----------------------------------------------------------------------------------------
+@pytest.mark.parametrize('prefix', ['', 'drone1/', '/drone1/'])
+@pytest.mark.parametrize('end', ['', '/'])
+def test_a_topic_is_the_same_with_and_without_slashes_around_it(tmp_path: Path, prefix: str, end: str) -> None:
+    entries = [*positions(f'{prefix}pose{end}'), *commanded(f'{prefix}cmd_vel{end}')]
+    path = bag(tmp_path / 'bag', entries)
+    full = '/' + prefix.strip('/') + '/' * bool(prefix)
+    for name in (f'{full}pose', f'{full}pose/', 'pose', 'pose/'):
+        found = read_bag(path, BagTopics(pose=(name,)))
+        assert chosen(found) == (f'{full}pose', f'{full}cmd_vel', 'none') and flown_as_commanded(found)
+
+
+# -- chosen by what is on them ---------------------------------------------------------------------
+@pytest.mark.parametrize(('entries', 'silent', 'expected'), [
+    (positions(f'{MAVROS}/odom', odometry), {f'{MAVROS}/pose': 'geometry_msgs/msg/PoseStamped'}, f'{MAVROS}/odom'),
+    (positions('/odom', odometry), {'/pose': 'geometry_msgs/msg/PoseStamped'}, '/odom'),
+    ([*positions('/odom', odometry), *standing('/target/pose')], {}, '/odom'),
+    ([*positions('/odom', odometry), *standing('/pose')], {}, '/odom'),
+    ([*positions(f'{MAVROS}/odom', odometry), *positions('/mavros/vision_pose/pose')], {}, f'{MAVROS}/odom'),
+    ([*positions('/mavros/local_position/odom', odometry), *positions('/drone/pose')], {}, f'{MAVROS}/odom'),
+    ([*positions('/pose'), *positions('/odom', odometry)], {}, '/pose'),
+    ([*positions('/drone1/odom', odometry), *standing('/drone2/odom', (0.0, 0.0, 0.0))], {}, '/drone1/odom'),
+    (positions('/vicon/x1/x1', transform, frame_id='map', child='x1'), {}, '/vicon/x1/x1'),
+    ([*positions('/estimate'), *standing('/goal_pose')], {}, '/estimate'),
+], ids=['silent', 'silent-plain', 'target', 'still', 'vision', 'mavros-first', 'pose-first', 'ground', 'vicon', 'any'])
+def test_positions_are_taken_from_what_flies(
+    tmp_path: Path, entries: list[Entry], silent: dict[str, str], expected: str,
+) -> None:
+    found = read_bag(bag(tmp_path / 'bag', entries, silent=silent))
+    assert chosen(found)[0] == expected
+    assert (found.poses.positions_enu_m == FLOWN.poses.positions_enu_m).all()
+    others = {topic for topic, *_ in entries} - {expected, '/goal_pose'}
+    assert all(any(topic in note and '--pose-topic' in note for note in found.notes) for topic in others)
+
+
+def test_of_several_that_fly_one_is_named_by_its_topic_or_by_its_vehicle(tmp_path: Path) -> None:
+    other = flight(GRID, round_trip()[:4])
+    path = bag(tmp_path / 'bag', [*entries_of(FLOWN, '/a'), *entries_of(other, '/b')])
+    with pytest.raises(LogError, match=r'positions on /a/pose, /b/pose; name one .*--vehicle a or b'):
+        read_bag(path)
+    found = read_bag(path, BagTopics(vehicle='b'))
+    assert chosen(found) == ('/b/pose', '/b/cmd_vel', '/b/vehicle_status')
+    assert (found.poses.stamps_ns == other.poses.stamps_ns).all()
+    with pytest.raises(LogError, match='no positions of vehicle c'):
+        read_bag(path, BagTopics(vehicle='c'))
+
+
+def test_a_silent_topic_that_was_named_is_not_replaced(tmp_path: Path) -> None:
+    path = bag(tmp_path / 'bag', positions('/odom', odometry), silent={'/pose': 'geometry_msgs/msg/PoseStamped'})
+    with pytest.raises(LogError, match=r'no message on /pose; it has /odom .*, /pose .*silent'):
+        read_bag(path, BagTopics(pose=('/pose',)))
+
+
+@pytest.mark.parametrize(('pose_topic', 'command_topic', 'is_taken'), [
+    ('/drone1/pose', '/drone2/cmd_vel', False),
+    ('/swarm/drone1/pose', '/swarm/drone2/cmd_vel', False),
+    ('/pose', '/drone2/cmd_vel', False),
+    ('/pose', '/pilot/cmd_vel', True),
+    ('/drone1/pose', '/drone1/teleop/cmd_vel', True),
+    ('/drone1/mavros/local_position/pose', '/drone1/mavros/setpoint_velocity/cmd_vel', True),
+    ('/vrpn_mocap/drone/pose', '/cmd_vel', True),
+])
+def test_commands_and_states_are_those_of_the_vehicle(
+    tmp_path: Path, pose_topic: str, command_topic: str, is_taken: bool,
+) -> None:
+    state_topic = command_topic.replace('cmd_vel', 'vehicle_status')
+    states = [(state_topic, status(event), event.stamp_ns) for event in FLOWN.events]
+    found = read_bag(bag(tmp_path / 'bag', [*positions(pose_topic), *commanded(command_topic), *states]))
+    assert chosen(found) == (pose_topic, *((command_topic, state_topic) if is_taken else ('none', 'none')))
+    named = f'not used: {len(COMMANDS)} geometry_msgs/msg/TwistStamped on {command_topic} (--command-topic {command_topic})'
+    assert (named in found.notes) is not is_taken
+    with_it = read_bag(tmp_path / 'bag', BagTopics(command=command_topic, required=('command',)))
+    assert flown_as_commanded(with_it)
+
+
+# -- frames ----------------------------------------------------------------------------------------
+@pytest.mark.parametrize(('frame_id', 'option'), [('/map', ''), ('odom', 'odom'), ('drone1/map', '/drone1/map'), ('', 'map')])
+def test_a_frame_may_be_said_to_be_the_map(tmp_path: Path, frame_id: str, option: str) -> None:
+    path = bag(tmp_path / 'bag', [*positions('/pose', frame_id=frame_id), *commanded('/cmd_vel')])
+    if option:
+        with pytest.raises(LogError, match=f"in frame '{frame_id}', not 'map' .*--frame"):
+            read_bag(path)
+    assert flown_as_commanded(read_bag(path, BagTopics(frame=option)))
+
+
+# -- clocks ----------------------------------------------------------------------------------------
+def recorded(
+    commands: list[Any], stamps_ns: np.ndarray = FLOWN.poses.stamps_ns, log_ns: np.ndarray = FLOWN.poses.stamps_ns,
+) -> list[Entry]:
+    """The flight with positions stamped and recorded so, and commands recorded a millisecond after each position."""
+    poses = [
+        ('/pose', pose(int(stamp_ns), position), int(at_ns))
+        for stamp_ns, at_ns, position in zip(stamps_ns, log_ns, FLOWN.poses.positions_enu_m, strict=True)
+    ]
+    return [*poses, *(('/cmd_vel', message, int(at_ns) + 10**6) for message, at_ns in zip(commands, log_ns, strict=True))]
+
+
+@pytest.mark.parametrize('begin_s', [20, 10**9])
+def test_a_plain_twist_counts_from_when_it_was_recorded(tmp_path: Path, begin_s: int) -> None:
+    """Also where the clock of the positions runs at half the speed of the log's."""
+    stamps_ns = begin_s * NS + FLOWN.poses.stamps_ns - FLOWN.poses.stamps_ns[0]
+    log_ns = 7 * 10**17 + 2 * (stamps_ns - stamps_ns[0])
+    found = read_bag(bag(tmp_path / 'bag', recorded([plain_command(v) for _, v in COMMANDS], stamps_ns, log_ns)))
+    assert flown_as_commanded(found)
+    assert np.abs(found.commands.stamps_ns - stamps_ns).max() <= 10**6
+    assert any('have no stamp: they count from when they were recorded' in note for note in found.notes)
+
+
+@pytest.mark.parametrize('ahead_s', [-900_000_000, -30, 12, 1_100_000_000])
+def test_commands_of_another_clock_count_from_when_they_were_recorded(tmp_path: Path, ahead_s: int) -> None:
+    stamps_ns = FLOWN.poses.stamps_ns + 10**18
+    commands = [command(int(stamp_ns) + ahead_s * NS, v) for stamp_ns, (_, v) in zip(stamps_ns, COMMANDS, strict=True)]
+    path = bag(tmp_path / 'bag', recorded(commands, stamps_ns, FLOWN.poses.stamps_ns + 3 * 10**18))
+    found = read_bag(path)
+    assert flown_as_commanded(found) and np.abs(found.commands.stamps_ns - stamps_ns).max() <= 10**6
+    (note,) = (note for note in found.notes if 'another clock' in note)
+    assert f'/cmd_vel are of another clock, {ahead_s - 0.001:.1f} s ahead' in note
+    as_stamped = read_bag(path, BagTopics(as_stamped=True))
+    assert (as_stamped.commands.stamps_ns == stamps_ns + ahead_s * NS).all() and not as_stamped.notes
+
+
+def test_positions_that_came_late_by_radio_are_not_of_another_clock(tmp_path: Path) -> None:
+    late_ns = FLOWN.poses.stamps_ns + 3 * NS
+    entries = [*(('/pose', message, at) for (_, message, _), at in zip(positions('/pose'), late_ns.tolist(), strict=True))]
+    found = read_bag(bag(tmp_path / 'bag', [*entries, *commanded('/cmd_vel')]))
+    assert (found.commands.stamps_ns == FLOWN.commands.stamps_ns).all() and not found.notes
+
+
+def test_a_playback_in_a_loop_recorded_by_simulated_time_is_divided(tmp_path: Path) -> None:
+    """Log times begin anew with the stamps; the file is in order of arrival."""
+    other = flight(GRID, round_trip()[:4])
+    first, second = (sorted(entries_of(one), key=lambda entry: entry[2]) for one in (FLOWN, other))
+    both = bag(tmp_path / 'both', [*first, *second, *first], in_order=False)
+    found = demonstrations_of(GRID, read_bag(both), DiscretiseSettings())
+    (one,), (two,) = (demonstrations_of(GRID, flown, DiscretiseSettings()).demonstrations for flown in (FLOWN, other))
+    assert [demonstration.actions for demonstration in found.demonstrations] == [one.actions, two.actions, one.actions]
+    assert len(found.notes) == 2 and all('the clock goes back' in note for note in found.notes)
