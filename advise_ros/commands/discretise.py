@@ -27,7 +27,7 @@ from advise_ros.exits import INTERRUPTED, OK, USAGE, fail
 from advise_ros.recording.batch import ReadTask, RecordingResult, read_all, read_one
 from advise_ros.recording.dataset import Dataset, save_dataset
 from advise_ros.recording.demofile import save_demonstrations
-from advise_ros.recording.gridfile import load_grid
+from advise_ros.recording.gridfile import load_grid, load_place
 from advise_ros.recording.sources import find_recordings
 from advise_ros.recording.topics import DEFAULT_TOPICS, BagTopics
 
@@ -98,7 +98,7 @@ def _parser() -> argparse.ArgumentParser:
         epilog=EXAMPLES, formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument(
-        'paths', nargs='+', metavar='PATH', help='a .tlog, a bag directory, an .mcap file, or a directory of any of them',
+        'paths', nargs='+', metavar='PATH', help='a bag (directory or file), a .tlog, .ulg or .BIN, or a directory of any of them',
     )
     parser.add_argument('--grid', required=True, metavar='FILE', help='YAML file with the grid and its waypoints')
     parser.add_argument(
@@ -166,7 +166,7 @@ def _topics(options: argparse.Namespace) -> BagTopics:
 def _discretise_all(options: argparse.Namespace, grid: Grid, settings: DiscretiseSettings) -> BatchOutcome:
     outcome = BatchOutcome([], [], [], {})
     paths = _found(options.paths, outcome)
-    task = ReadTask(grid, settings, _topics(options), options.undivided, options.policy_flights)
+    task = ReadTask(grid, settings, _topics(options), options.undivided, options.policy_flights, load_place(options.grid))
     for one in _read_paths(options, paths, task):
         first = len(outcome.demonstrations) + 1
         outcome.demonstrations.extend(

@@ -16,6 +16,7 @@ from advise_ros.core.demonstrations.samples import Recording
 from advise_ros.core.errors import InputError, LogError
 from advise_ros.core.grid.grid import Grid
 from advise_ros.parallel import on_cores
+from advise_ros.recording.place import Place
 from advise_ros.recording.sources import ProgressCallback, read_recording
 from advise_ros.recording.topics import DEFAULT_TOPICS, BagTopics
 
@@ -30,6 +31,7 @@ class ReadTask:
     Attributes:
         undivided: take it as one flight.
         policy_flights: take flights of a policy, too.
+        place: of the grid on the earth, where it is known.
     """
 
     grid: Grid
@@ -37,6 +39,7 @@ class ReadTask:
     topics: BagTopics = DEFAULT_TOPICS
     undivided: bool = False
     policy_flights: bool = False
+    place: Place | None = None
 
 
 class RecordingResult(NamedTuple):
@@ -51,7 +54,7 @@ class RecordingResult(NamedTuple):
 def read_one(path: str, task: ReadTask, progress: ProgressCallback | None = None) -> RecordingResult:
     """The demonstrations of one recording; nothing that is wrong with it is raised."""
     try:
-        recording = read_recording(path, task.topics, progress)
+        recording = read_recording(path, task.topics, progress, task.place)
         found = demonstrations_of(
             task.grid, recording, task.settings, undivided=task.undivided, policy_flights=task.policy_flights,
         )

@@ -1,11 +1,11 @@
-"""The grid file: YAML with one mapping `grid`, metres in ENU, cells as [x, y]."""
+"""The grid file: YAML with one mapping `grid`, metres in ENU, cells as [x, y], and the grid's place on the earth."""
 
 from __future__ import annotations
 
 import difflib
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import yaml
 
@@ -13,11 +13,13 @@ from advise_ros.core.errors import InputError
 from advise_ros.core.grid.grid import Grid
 from advise_ros.core.grid.obstacles import with_obstacles
 from advise_ros.recording.mapfile import read_map
+from advise_ros.recording.place import Place
 
 REQUIRED = ('resolution', 'width', 'height', 'origin', 'altitude', 'waypoints')
-OPTIONAL = ('blocked',)
+OPTIONAL = ('blocked', 'origin_wgs84', 'heading_deg')
 # Keys that hold cells, and what one of these is called.
 CELLS = {'waypoints': 'waypoint', 'blocked': 'blocked cell', 'keep_out': 'cell to keep out of'}
+ValueT = TypeVar('ValueT')
 EXAMPLE = 'see config/grid_6x6.yaml for one that works'
 
 
@@ -44,11 +46,24 @@ def load_grid(path: str | Path, obstacle_map_file: str | Path = '') -> Grid:
         raise InputError(f'map file {obstacle_map_file}: {problem}') from problem
 
 
+def load_place(path: str | Path) -> Place | None:
+    """Where a grid file says that its metres begin on the earth, None where it does not.
+
+    Raises:
+        InputError: as load_grid.
+    """
+    return _of_file(path, place_from_mapping)
+
+
 def _grid_of(path: str | Path) -> Grid:
+    return _of_file(path, grid_from_mapping)
+
+
+def _of_file(path: str | Path, made: Callable[[Mapping[str, Any]], ValueT]) -> ValueT:
     if not str(path):
         raise InputError(f"no grid file is given; set parameter 'grid_file' (or --grid) to a YAML file, {EXAMPLE}")
     try:
-        return grid_from_mapping(_grid_mapping(read_yaml(Path(path), f'a grid, {EXAMPLE}')))
+        return made(_grid_mapping(read_yaml(Path(path), f'a grid, {EXAMPLE}')))
     except InputError as problem:
         raise InputError(f'grid file {path}: {problem}') from problem
 
@@ -60,6 +75,7 @@ def grid_from_mapping(values: Mapping[str, Any]) -> Grid:
         InputError: as load_grid, without the file's name.
     """
     _check_keys(values)
+    place_from_mapping(values)
     width, height = (_count(name, values[name]) for name in ('width', 'height'))
     return Grid(
         resolution_m=float(f'{_number("resolution", values["resolution"]):.7g}'),
@@ -70,6 +86,23 @@ def grid_from_mapping(values: Mapping[str, Any]) -> Grid:
         waypoints=cells_of('waypoints', values['waypoints'], width, height),
         blocked=cells_of('blocked', values.get('blocked') or [], width, height),
     )
+
+
+def place_from_mapping(values: Mapping[str, Any]) -> Place | None:
+    """The place that the keys below `grid:` name: origin_wgs84, and heading_deg of the y axis (0: north).
+
+    Raises:
+        InputError: as load_grid, without the file's name.
+    """
+    at, heading = values.get('origin_wgs84'), values.get('heading_deg')
+    if at is None and heading is None:
+        return None
+    if not isinstance(at, list) or len(at) != 2:
+        raise InputError(f"key 'origin_wgs84' is {at!r}; it must be [latitude, longitude] in degrees")
+    latitude, longitude = (_number('origin_wgs84', value) for value in at)
+    if not (-90 <= latitude <= 90 and -180 <= longitude <= 180):
+        raise InputError(f"key 'origin_wgs84' is {at!r}; it must be [latitude, longitude] in degrees, within 90 and 180")
+    return Place(latitude, longitude, _number('heading_deg', 0.0 if heading is None else heading))
 
 
 def grid_to_mapping(grid: Grid) -> dict[str, Any]:

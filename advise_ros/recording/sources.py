@@ -1,68 +1,95 @@
-"""One door to every kind of recording."""
+"""One door to every kind of recording: its first bytes say who reads it."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from advise_ros.core.demonstrations.samples import Recording
 from advise_ros.core.errors import LogError
 from advise_ros.recording.bags import read_bag
-from advise_ros.recording.storage import METADATA_FILE
+from advise_ros.recording.dataflash import read_dataflash
+from advise_ros.recording.filekind import BAG_KINDS, ENDINGS, FileKind, is_bag, kind_of, what_it_is
+from advise_ros.recording.place import Place
 from advise_ros.recording.tlog import read_tlog
 from advise_ros.recording.topics import DEFAULT_TOPICS, BagTopics
+from advise_ros.recording.ulog import read_ulog
 
-BAG_FILES = ('.mcap',)
-LOG_FILES = ('.tlog',)
 ProgressCallback = Callable[[int, int], None]
+# What reads each kind of file with its path, the topics, the grid's place on the earth and the progress.
+Reader = Callable[[Path, BagTopics, Place | None, ProgressCallback | None], Recording]
+
+
+def _bag(path: Path, topics: BagTopics, place: Place | None, progress: ProgressCallback | None) -> Recording:
+    if path.suffix == '.db3':
+        raise LogError(f'{path} is a part of a bag; name the directory with its metadata.yaml: {path.parent}')
+    return read_bag(path, topics, progress)
+
+
+def _dataflash(path: Path, topics: BagTopics, place: Place | None, progress: ProgressCallback | None) -> Recording:
+    return read_dataflash(path, place, progress)
+
+
+READERS: Mapping[FileKind, Reader] = {
+    **dict.fromkeys(BAG_KINDS, _bag),
+    FileKind.TLOG: lambda path, topics, place, progress: read_tlog(path, progress),
+    FileKind.ULOG: lambda path, topics, place, progress: read_ulog(path, place, progress),
+    FileKind.DATAFLASH: _dataflash,
+    FileKind.DATAFLASH_TEXT: _dataflash,
+}
 
 
 def find_recordings(path: str | Path) -> list[Path]:
     """The recordings that a path stands for: itself, or all bags and logs in and below a directory that is no bag.
 
+    Files that are named or begin as recordings are among them, also those that cannot be read: whoever reads them says
+    why. Side files of macOS (._name) and hidden ones are not.
+
     Raises:
-        LogError: it is a directory without any.
+        LogError: it is a directory without any, or cannot be read.
     """
     directory = Path(path)
-    if not directory.is_dir() or _is_bag(directory):
+    if not directory.is_dir() or is_bag(directory):
         return [directory]
     found = _below(directory)
     if not found:
-        raise LogError(f'{path} is no bag, and there is none in it; name a .tlog, a bag, an .mcap file or a directory of them')
+        raise LogError(
+            f'{path} is no bag, and there is no recording in it; name a bag, an .mcap file, a .tlog, a .ulg, a .BIN or a '
+            'directory of them'
+        )
     return found
 
 
 def _below(directory: Path) -> list[Path]:
     found: list[Path] = []
     for entry in sorted(directory.iterdir()):
-        if entry.is_dir() and not entry.name.startswith('.'):
-            found += [entry] if _is_bag(entry) else _below(entry)
-        elif entry.suffix in BAG_FILES + LOG_FILES:
+        if entry.name.startswith('.'):
+            continue
+        if entry.is_dir():
+            found += [entry] if is_bag(entry) else _below(entry)
+        elif entry.is_file() and (entry.suffix.lower() in ENDINGS or kind_of(entry) in READERS):
             found.append(entry)
     return found
 
 
-def _is_bag(directory: Path) -> bool:
-    """It has a metadata.yaml, or lost it but has files that are named as those of a bag."""
-    if (directory / METADATA_FILE).is_file():
-        return True
-    names = (file.stem for file in directory.glob('*.mcap'))
-    return any(directory.name in (name, name.rsplit('_', 1)[0]) for name in names)
-
-
 def read_recording(
-    path: str | Path, topics: BagTopics = DEFAULT_TOPICS, progress: ProgressCallback | None = None,
+    path: str | Path, topics: BagTopics = DEFAULT_TOPICS, progress: ProgressCallback | None = None, place: Place | None = None,
 ) -> Recording:
-    """The samples in a bag (a directory or .mcap) or in a telemetry log (any other file).
+    """The samples in a bag (a directory or one file of it), a telemetry log or an autopilot's own log.
+
+    Args:
+        path: a directory with a bag, or a file.
+        topics: of a bag.
+        progress: called now and then with what is read and what there is in all.
+        place: of the grid on the earth, where it is known.
 
     Raises:
-        LogError: as read_bag and read_tlog; or the file is a part of a bag.
+        LogError: it cannot be read, or is no recording; as read_bag, read_tlog, read_ulog and read_dataflash.
     """
     file = Path(path)
-    if file.suffix == '.db3':
-        raise LogError(f'{path} is a part of a bag; name the directory with its metadata.yaml: {file.parent}')
-    if not file.exists():
-        raise LogError(f'{path}: there is no such file; name a .tlog, a bag directory or an .mcap file')
-    if file.is_dir() or file.suffix in BAG_FILES:
-        return read_bag(path, topics, progress)
-    return read_tlog(path, progress)
+    if file.is_dir():
+        return _bag(file, topics, place, progress)
+    kind = kind_of(file)
+    if kind not in READERS:
+        raise LogError(what_it_is(path, kind))
+    return READERS[kind](file, topics, place, progress)

@@ -33,17 +33,11 @@ from advise_ros.mavlink.messages import (
     Message,
     dialect,
 )
+from advise_ros.recording.frames import STAMP_BYTES, message_id, next_stamped, stamp_us, stamped_length
 
 SET_POSITION_TARGET_LOCAL_NED = int(dialect.MAVLINK_MSG_ID_SET_POSITION_TARGET_LOCAL_NED)
 WANTED = frozenset((HEARTBEAT, LOCAL_POSITION_NED, EXTENDED_SYS_STATE, SET_POSITION_TARGET_LOCAL_NED))
 IGNORES_VELOCITY = 8 | 16 | 32
-
-STAMP_BYTES = 8
-START_V1, START_V2 = 0xFE, 0xFD
-HEADER_V1, HEADER_V2 = 6, 10
-CHECKSUM, SIGNATURE, SIGNED = 2, 13, 0x01
-# Microseconds since 1970 at the year 2100: a later stamp is not one.
-LAST_STAMP_US = 4_102_444_800_000_000
 
 ProgressCallback = Callable[[int, int], None]
 
@@ -108,14 +102,14 @@ def frames_of(data: bytes, scan: Scan, progress: ProgressCallback | None = None)
     codec = dialect.MAVLink(None)
     at, reported = 0, 0
     while at < len(data):
-        length = _length(data, at)
+        length = stamped_length(data, at)
         cut = at + length > len(data)
         good, message = _take(codec, data, at, length) if length and not cut else (False, None)
         if not good:
             at = _resume(data, at, scan, cut=cut)
             continue
         scan.frames += 1
-        yield Frame(_stamp_us(data, at) * 1000, data[at : at + length], message)
+        yield Frame(stamp_us(data, at) * 1000, data[at : at + length], message)
         at += length
         if progress is not None and at - reported > len(data) // 100:
             reported = at
@@ -135,48 +129,27 @@ def _read(path: Path) -> bytes:
 
 
 # -- frames ----------------------------------------------------------------------------------------
-def _stamp_us(data: bytes, at: int) -> int:
-    return int.from_bytes(data[at : at + STAMP_BYTES], 'big')
-
-
-def _length(data: bytes, at: int) -> int:
-    """Bytes of stamp and frame if they seem to begin here, else 0."""
-    start = at + STAMP_BYTES
-    if start + HEADER_V1 > len(data) or _stamp_us(data, at) > LAST_STAMP_US:
-        return 0
-    payload = data[start + 1]
-    if data[start] == START_V1:
-        return STAMP_BYTES + HEADER_V1 + payload + CHECKSUM
-    if data[start] == START_V2 and not data[start + 2] & ~SIGNED:
-        return STAMP_BYTES + HEADER_V2 + payload + CHECKSUM + (SIGNATURE if data[start + 2] & SIGNED else 0)
-    return 0
-
-
-def _message_id(data: bytes, start: int) -> int:
-    return data[start + 5] if data[start] == START_V1 else int.from_bytes(data[start + 7 : start + 10], 'little')
-
-
 def _take(codec: Any, data: bytes, at: int, length: int) -> tuple[bool, Message | None]:
     """Whether the frame is sound, and its message if it is a wanted one.
 
     Decoding costs most of the time: a frame that is not needed is believed when another follows it at once.
     """
-    after, message_id = at + length, _message_id(data, at + STAMP_BYTES)
-    if message_id not in WANTED and (after == len(data) or _length(data, after)):
+    after, number = at + length, message_id(data, at + STAMP_BYTES)
+    if number not in WANTED and (after == len(data) or stamped_length(data, after)):
         return True, None
-    if message_id not in dialect.mavlink_map:
+    if number not in dialect.mavlink_map:
         return False, None
     try:
         message = codec.decode(bytearray(data[at + STAMP_BYTES : after]))
     except MAVError:
         return False, None
-    return True, message if message_id in WANTED else None
+    return True, message if number in WANTED else None
 
 
 def _resume(data: bytes, at: int, scan: Scan, *, cut: bool) -> int:
     """The next place where a frame may begin; the bytes up to there are of no use."""
-    starts = (data.find(bytes((mark,)), at + STAMP_BYTES + 1) for mark in (START_V1, START_V2))
-    after = min((start - STAMP_BYTES for start in starts if start >= 0), default=len(data))
+    found = next_stamped(data, at + 1)
+    after = found if found >= 0 else len(data)
     if after == len(data) and cut:
         scan.cut_bytes = after - at
     else:
