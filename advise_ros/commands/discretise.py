@@ -98,7 +98,7 @@ def _parser() -> argparse.ArgumentParser:
         epilog=EXAMPLES, formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument(
-        'paths', nargs='+', metavar='PATH', help='a bag (directory or file), a .tlog, .ulg or .BIN, or a directory of any of them',
+        'paths', nargs='+', metavar='PATH', help='a bag (directory or file), a .tlog, .ulg or .BIN, or a directory of them',
     )
     parser.add_argument('--grid', required=True, metavar='FILE', help='YAML file with the grid and its waypoints')
     parser.add_argument(

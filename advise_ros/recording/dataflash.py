@@ -54,6 +54,8 @@ WINDOW = 8 * 1024 * 1024
 
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
+# Stamps, places in the log, and positions.
+_Positions = tuple[Integers, Integers, Floats]
 ProgressCallback = Callable[[int, int], None]
 
 
@@ -241,8 +243,8 @@ def _take_window(data: bytes, first: int, log: Log, *, last: bool) -> int:
 
 def _format(data: bytes, at: int) -> MessageFormat | None:
     number, size = data[at + 3], data[at + 4]
-    texts = (data[at + begin : at + end].split(b'\0', 1)[0].decode('ascii', 'replace') for begin, end in ((5, 9), (9, 25), (25, 89)))
-    name, kinds, fields = texts
+    cuts = (data[at + begin : at + end].split(b'\0', 1)[0] for begin, end in ((5, 9), (9, 25), (25, 89)))
+    name, kinds, fields = (cut.decode('ascii', 'replace') for cut in cuts)
     return MessageFormat(number, size, name, kinds, tuple(fields.split(','))) if name else None
 
 
@@ -298,7 +300,7 @@ def _recording(path: str | Path, log: Log, place: Place | None) -> Recording:
     )
 
 
-def _positions(log: Log, place: Place | None, said: list[str]) -> tuple[Integers, Integers, Floats]:
+def _positions(log: Log, place: Place | None, said: list[str]) -> _Positions:
     for name, primary in (('XKF1', 'XKF4'), ('NKF1', 'NKF4')):
         if log[name].has('PN', 'PE', 'PD'):
             return _of_estimator(log, log[name], log[primary], place, said)
@@ -319,7 +321,7 @@ def _positions(log: Log, place: Place | None, said: list[str]) -> tuple[Integers
     raise LogError('it has no positions (XKF1, NKF1, POS or GPS); log them (LOG_BITMASK) and fly again')
 
 
-def _of_estimator(log: Log, table: Table, primary: Table, place: Place | None, said: list[str]) -> tuple[Integers, Integers, Floats]:
+def _of_estimator(log: Log, table: Table, primary: Table, place: Place | None, said: list[str]) -> _Positions:
     """Of the primary core: its number stands in the messages of the kind `primary`, of the newest before each position."""
     wanted: Any = 0
     if primary.has('PI'):
@@ -342,7 +344,7 @@ def _origin(origins: Table) -> Place | None:
     return Place(float(origins['Lat'][mine][0]), float(origins['Lng'][mine][0])) if mine.any() else None
 
 
-def _of_gps(gps: Table, place: Place, said: list[str]) -> tuple[Integers, Integers, Floats]:
+def _of_gps(gps: Table, place: Place, said: list[str]) -> _Positions:
     rows = (gps['I'] == 0) & (gps['Status'] >= FIX_3D)
     heights_m = gps['Alt'][rows]
     said.append('positions are those of its GPS, heights those above its first fix')

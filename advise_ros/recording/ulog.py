@@ -114,7 +114,7 @@ def _commands(setpoint: Columns | None, place: Place | None, said: list[str]) ->
     if setpoint is None or fields is None:
         return NO_COMMANDS
     velocities = enu_rows_from_ned(_rows(setpoint, fields))
-    rows = np.isfinite(velocities[:, :2]).all(axis=1)
+    rows: npt.NDArray[np.bool_] = np.isfinite(velocities[:, :2].sum(axis=1))
     if not rows.all():
         said.append(f'{len(rows) - int(rows.sum())} setpoints without a velocity ({SETPOINT}) were not used')
     velocities = np.nan_to_num(velocities[rows])

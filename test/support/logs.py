@@ -77,14 +77,14 @@ def _us(stamps_ns: np.ndarray) -> list[int]:
 # -- ULog ------------------------------------------------------------------------------------------
 ULOG_TYPES = {
     'vehicle_local_position': (
-        'uint64_t timestamp;double ref_lat;double ref_lon;float x;float y;float z;bool xy_valid;bool z_valid;bool xy_global;'
-        'uint8_t[5] _padding0;', '<Qddfff???',
+        ('uint64_t timestamp;double ref_lat;double ref_lon;float x;float y;float z;bool xy_valid;bool z_valid;bool xy_global;'
+        'uint8_t[5] _padding0;'), '<Qddfff???',
     ),
     'vehicle_status': ('uint64_t timestamp;uint8_t arming_state;uint8_t nav_state;uint8_t[6] _padding0;', '<QBB'),
     'vehicle_land_detected': ('uint64_t timestamp;bool landed;uint8_t[7] _padding0;', '<Q?'),
     'trajectory_setpoint': (
-        'uint64_t timestamp;float[3] position;float[3] velocity;float[3] acceleration;float yaw;float yawspeed;'
-        'uint8_t[4] _padding0;', '<Q3f3f3fff',
+        ('uint64_t timestamp;float[3] position;float[3] velocity;float[3] acceleration;float yaw;float yawspeed;'
+        'uint8_t[4] _padding0;'), '<Q3f3f3fff',
     ),
 }  # fmt: skip
 NAVIGATION_STATES = {'OFFBOARD': 14, 'LAND': 18, 'LOITER': 4}

@@ -85,8 +85,8 @@ def test_a_log_without_a_place_on_the_earth_says_so(tmp_path: Path, name: str) -
 
 @pytest.mark.parametrize('core', [0, 1])
 def test_the_estimators_primary_core_is_taken(tmp_path: Path, core: int) -> None:
-    other = FLOWN._replace(poses=FLOWN.poses._replace(positions_enu_m=FLOWN.poses.positions_enu_m + 50.0), commands=FLOWN.commands)
-    wrong = dataflash(other._replace(events=()), core=1 - core)
+    elsewhere = FLOWN.poses._replace(positions_enu_m=FLOWN.poses.positions_enu_m + 50.0)
+    wrong = dataflash(FLOWN._replace(poses=elsewhere, events=()), core=1 - core)
     switch = b'\xa3\x95' + packed('FMT', 47, 12, b'XKF4', b'QB', b'TimeUS,PI')[2:] + b'\xa3\x95\x2f' + bytes(8) + bytes([core])
     found = read_recording(written(tmp_path / 'flight.BIN', formats() + switch + dataflash(FLOWN, core=core) + wrong))
     assert actions(found) == RIGHT and len(found.poses.stamps_ns) == len(FLOWN.poses.stamps_ns)
@@ -122,9 +122,10 @@ def test_logs_of_no_use_are_refused_with_a_remedy(tmp_path: Path, data: bytes, e
 
 def as_text(path: Path) -> str:
     """A dataflash log as ground stations convert it."""
-    reader, lines = DFReader.DFReader_binary(str(path)), []
-    for form in reader.formats.values():
-        lines.append(f'FMT, {form.type}, {form.len}, {form.name}, {form.format}, {",".join(form.columns)}')
+    reader = DFReader.DFReader_binary(str(path))
+    lines = [
+        f'FMT, {form.type}, {form.len}, {form.name}, {form.format}, {",".join(form.columns)}' for form in reader.formats.values()
+    ]
     while (message := reader.recv_msg()) is not None:
         if message.get_type() != 'FMT':
             values: list[Any] = [getattr(message, name) for name in message.get_fieldnames()]
