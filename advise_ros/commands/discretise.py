@@ -126,7 +126,9 @@ def _parser() -> argparse.ArgumentParser:
         '--status-topic', metavar='NAME',
         help="the vehicle's state (default: vehicle_status, MAVROS' state or PX4's vehicle_status)",
     )
-    topics.add_argument('--vehicle', default='', metavar='NAME', help='namespace of the vehicle, where several were recorded')
+    topics.add_argument(
+        '--vehicle', default='', metavar='NAME', help='of several vehicles: its namespace, or its system id in a .tlog',
+    )
     topics.add_argument(
         '--frame', default='', metavar='NAME', help="frame of the positions whose origin and axes are the grid's (default: map)",
     )

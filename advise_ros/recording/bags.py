@@ -6,19 +6,19 @@ from collections import Counter
 from collections.abc import Callable
 from itertools import pairwise
 from pathlib import Path
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from advise_ros.core.demonstrations.command_clock import Arrived, on_positions_clock
+from advise_ros.core.demonstrations.known_states import changes, with_silences
 from advise_ros.core.demonstrations.samples import (
     Arrivals,
     CommandSamples,
     PolicyEvent,
     PoseSamples,
     Recording,
-    VehicleEvent,
 )
 from advise_ros.core.demonstrations.timeline import STEP_NS, STRAYS
 from advise_ros.core.errors import LogError
@@ -48,7 +48,6 @@ from advise_ros.recording.topics import (
 POLICY_FLIES = (1, 2)  # FlightStatus.TO_START, FLYING
 
 ProgressCallback = Callable[[int, int], None]
-EventT = TypeVar('EventT', VehicleEvent, PolicyEvent)
 
 
 class _Ordered(NamedTuple):
@@ -258,15 +257,18 @@ class _Collected:
         counts = ((self._vectors[found.pose].unfit, found.pose), (unfit, found.status), (lost, found.policy))
         said += [_unfit(count, topic) for count, topic in counts if count] + _unused(found, held)
         event_of = EVENT_OF.get(held[found.status].type_name if found.status else '', EVENT_OF[ADVISE])
-        events, changed = _changes([event_of(message) for _, message in statuses], [place for place, _ in statuses])
-        policy, flew = _changes(
+        states = [event_of(message) for _, message in statuses], _before(poses, _places(statuses)).tolist()
+        if found.status and held[found.status].type_name != ADVISE:  # Ours goes on as long as its bridge, as positions do.
+            states = with_silences(*states, poses.stamps_ns)
+        events, changed = changes(*states)
+        policy, flew = changes(
             [PolicyEvent(stamp_ns(message), message.phase in POLICY_FLIES) for _, message in flights],
-            [place for place, _ in flights],
+            _before(poses, _places(flights)).tolist(),
         )
         return Recording(
             PoseSamples(poses.stamps_ns, poses.vectors), CommandSamples(commands.stamps_ns, commands.vectors), events, policy,
             source=f'{self._path} ({found})', notes=(*notes, *said),
-            arrivals=Arrivals(*(_before(poses, of) for of in (commands.places, changed, flew))),
+            arrivals=Arrivals(_before(poses, commands.places), changed, flew),
         )
 
     def _poses(self, topic: str, *, in_file_order: bool) -> _Ordered:
@@ -325,6 +327,10 @@ class _Collected:
         return messages.decoded(in_file_order=in_file_order) if messages else ([], 0)
 
 
+def _places(messages: list[tuple[int, Any]]) -> Integers:
+    return np.array([place for place, _ in messages], dtype=np.int64)
+
+
 def _before(poses: _Ordered, places: Integers) -> Integers:
     """How many positions had arrived before what lies at each place."""
     return np.searchsorted(poses.places, places, side='right')
@@ -341,9 +347,3 @@ def _unused(found: ChosenTopics, held: dict[str, Held]) -> list[str]:
 
 def _unfit(count: int, topic: str) -> str:
     return f'{count} messages on {topic} do not fit their type and were not used'
-
-
-def _changes(events: list[EventT], arrived: list[int]) -> tuple[tuple[EventT, ...], Integers]:
-    """Each event that differs from the one before it, and what belongs to it."""
-    kept = [row for row, event in enumerate(events) if not row or event[1:] != events[row - 1][1:]]
-    return tuple(events[row] for row in kept), np.array([arrived[row] for row in kept], dtype=np.int64)

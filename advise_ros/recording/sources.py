@@ -32,7 +32,7 @@ def _dataflash(path: Path, topics: BagTopics, place: Place | None, progress: Pro
 
 READERS: Mapping[FileKind, Reader] = {
     **dict.fromkeys(BAG_KINDS, _bag),
-    FileKind.TLOG: lambda path, topics, place, progress: read_tlog(path, progress),
+    FileKind.TLOG: lambda path, topics, place, progress: read_tlog(path, progress, topics.vehicle),
     FileKind.ULOG: lambda path, topics, place, progress: read_ulog(path, place, progress),
     FileKind.DATAFLASH: _dataflash,
     FileKind.DATAFLASH_TEXT: _dataflash,
@@ -79,7 +79,7 @@ def read_recording(
 
     Args:
         path: a directory with a bag, or a file.
-        topics: of a bag.
+        topics: of a bag; its `vehicle` also of a telemetry log.
         progress: called now and then with what is read and what there is in all.
         place: of the grid on the earth, where it is known.
 

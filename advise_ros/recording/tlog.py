@@ -5,19 +5,19 @@ Frames: https://mavlink.io/en/guide/serialization.html. Messages: https://mavlin
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Hashable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from advise_ros.core.demonstrations.known_states import changes, with_silences
 from advise_ros.core.demonstrations.samples import Arrivals, CommandSamples, PoseSamples, Recording, VehicleEvent
 from advise_ros.core.errors import LogError
-from advise_ros.core.units import Vector
+from advise_ros.core.units import NS, Vector
 from advise_ros.mavlink.companion import MACHINES
-from advise_ros.mavlink.frames import enu_from_ned
+from advise_ros.mavlink.frames import enu_from_ned, enu_rows_from_ned
 from advise_ros.mavlink.messages import (
     AUTOPILOT_NAMES,
     EXTENDED_SYS_STATE,
@@ -34,7 +34,13 @@ from advise_ros.mavlink.messages import (
     dialect,
 )
 from advise_ros.recording.frames import STAMP_BYTES, message_id, next_stamped, stamp_us, stamped_length
+from advise_ros.recording.telemetry_vehicles import Fixes, TelemetryVehicle, choose_vehicle, vehicles_of, without_echoes
 
+STATE_CONTENTS: Mapping[int, Callable[[Message], Hashable]] = {
+    HEARTBEAT: lambda message: (message.base_mode, message.custom_mode),
+    EXTENDED_SYS_STATE: lambda message: message.landed_state,
+}
+NONE = np.empty(0, dtype=np.int64)
 SET_POSITION_TARGET_LOCAL_NED = int(dialect.MAVLINK_MSG_ID_SET_POSITION_TARGET_LOCAL_NED)
 WANTED = frozenset((HEARTBEAT, LOCAL_POSITION_NED, EXTENDED_SYS_STATE, SET_POSITION_TARGET_LOCAL_NED))
 IGNORES_VELOCITY = 8 | 16 | 32
@@ -66,18 +72,19 @@ class Scan:
     cut_bytes: int = 0
 
 
-def read_tlog(path: str | Path, progress: ProgressCallback | None = None) -> Recording:
-    """Positions, velocity setpoints and state of the vehicle in a log, stamped with the log's times.
+def read_tlog(path: str | Path, progress: ProgressCallback | None = None, vehicle: str = '') -> Recording:
+    """Positions, velocity setpoints and state of one vehicle in a log, stamped with the log's times.
 
-    The vehicle is the autopilot that sends most positions. Setpoints are those sent to it in frame LOCAL_NED
-    with a velocity. Garbage, unknown messages and a last frame that is cut off are skipped and noted.
+    Setpoints are those sent to it in frame LOCAL_NED with a velocity. What a second link brought again, garbage, unknown
+    messages and a last frame that is cut off are skipped and noted.
 
     Args:
         path: the log.
         progress: called now and then with bytes read and bytes in all.
+        vehicle: its system id, with a letter where several share it; '': the one that flies.
 
     Raises:
-        LogError: the file can't be read, is empty, no MAVLink log, or has no positions.
+        LogError: the file can't be read, is empty, no MAVLink log, or has no positions of that vehicle.
     """
     data = _read(Path(path))
     scan = Scan()
@@ -88,13 +95,15 @@ def read_tlog(path: str | Path, progress: ProgressCallback | None = None) -> Rec
             f'{path} is not a MAVLink telemetry log: no frame in {len(data)} bytes; '
             'name a .tlog as ground stations and mavproxy write it'
         )
-    vehicle = _vehicle(logged)
-    if vehicle is None:
+    fixes = _fixes(logged)
+    if not len(fixes.rows):
         raise LogError(
             f'{path} has {scan.frames} MAVLink frames but no position (LOCAL_POSITION_NED); '
             'ask the autopilot for message 32 and record again'
         )
-    return _recording(path, logged, vehicle, scan)
+    vehicles = vehicles_of(fixes)
+    chosen = choose_vehicle(path, vehicles, vehicle)
+    return _recording(path, logged, chosen, _notes(scan, chosen, [one.name for one in vehicles if one is not chosen]))
 
 
 def frames_of(data: bytes, scan: Scan, progress: ProgressCallback | None = None) -> Iterator[Frame]:
@@ -158,38 +167,60 @@ def _resume(data: bytes, at: int, scan: Scan, *, cut: bool) -> int:
 
 
 # -- samples ---------------------------------------------------------------------------------------
-def _vehicle(frames: list[Logged]) -> tuple[int, int] | None:
-    """System and component that send most positions."""
-    senders = Counter(_sender(frame) for frame in frames if frame.message.get_msgId() == LOCAL_POSITION_NED)
-    return senders.most_common(1)[0][0] if senders else None
+def _sender(message: Message) -> tuple[int, int]:
+    return message.get_srcSystem(), message.get_srcComponent()
 
 
-def _sender(frame: Logged) -> tuple[int, int]:
-    return frame.message.get_srcSystem(), frame.message.get_srcComponent()
-
-
-def _recording(path: str | Path, frames: list[Logged], vehicle: tuple[int, int], scan: Scan) -> Recording:
-    mine = [_sender(frame) == vehicle for frame in frames]
-    kinds = [frame.message.get_msgId() for frame in frames]
-    places = [row for row, kind in enumerate(kinds) if kind == LOCAL_POSITION_NED and mine[row]]
-    others = {_sender(frame)[0] for frame, kind in zip(frames, kinds, strict=True) if kind == LOCAL_POSITION_NED} - {vehicle[0]}
-    setpoints = [row for row, frame in enumerate(frames) if _is_for(frame, vehicle)]
-    velocities = [row for row in setpoints if is_velocity(frames[row].message)]
-    moved = [(frames[row].stamp_ns, (m.vx, m.vy, m.vz)) for row in velocities for m in [frames[row].message]]
-    events, changed = _events([(row, frame) for row, frame in enumerate(frames) if mine[row]])
-    return Recording(
-        poses=PoseSamples(*_arrays([(frames[row].stamp_ns, (m.x, m.y, m.z)) for row in places for m in [frames[row].message]])),
-        commands=CommandSamples(*_arrays(moved)),
-        events=events,
-        source=str(path),
-        notes=_notes(scan, (vehicle[0], others), len(setpoints) - len(velocities)),
-        arrivals=Arrivals(*(np.searchsorted(places, np.array(rows, dtype=np.int64)) for rows in (velocities, changed, []))),
+def _fixes(logged: list[Logged]) -> Fixes:
+    """All positions."""
+    rows = [row for row, (_, message) in enumerate(logged) if message.get_msgId() == LOCAL_POSITION_NED]
+    of = [logged[row].message for row in rows]
+    return Fixes(
+        np.array(rows, dtype=np.int64),
+        np.array([_sender(message) for message in of], dtype=np.int64).reshape(-1, 2),
+        np.array([logged[row].stamp_ns for row in rows], dtype=np.int64),
+        np.array([message.time_boot_ms for message in of], dtype=np.int64),
+        np.array([(message.x, message.y, message.z) for message in of], dtype=np.float64).reshape(-1, 3),
     )
 
 
-def _is_for(frame: Logged, vehicle: tuple[int, int]) -> bool:
-    message = frame.message
+def _recording(path: str | Path, logged: list[Logged], vehicle: TelemetryVehicle, notes: list[str]) -> Recording:
+    """Of vehicles that share a system id only positions are known to be whose they are."""
+    places, poses_ns = vehicle.fixes.rows, vehicle.fixes.stamps_ns
+    setpoints = [row for row, (_, message) in enumerate(logged) if vehicle.alone and _is_for(message, vehicle.sender)]
+    velocities = [row for row in setpoints if is_velocity(logged[row].message)]
+    moved = [(logged[row].stamp_ns, (m.vx, m.vy, m.vz)) for row in velocities for m in [logged[row].message]]
+    rows = _state_rows(logged, vehicle) if vehicle.alone else []
+    arrived = np.searchsorted(places, np.array(rows, dtype=np.int64)).tolist()
+    events, changed = changes(*with_silences(_states(logged, rows), arrived, poses_ns))
+    if len(setpoints) > len(velocities):
+        notes.append(f'{len(setpoints) - len(velocities)} setpoints without a velocity in frame LOCAL_NED were not used')
+    return Recording(
+        poses=PoseSamples(poses_ns, enu_rows_from_ned(vehicle.fixes.positions_ned_m)),
+        commands=CommandSamples(*_arrays(moved)),
+        events=events,
+        source=f'{path} (positions of vehicle {vehicle.name})',
+        notes=tuple(notes),
+        arrivals=Arrivals(np.searchsorted(places, np.array(velocities, dtype=np.int64)), changed, NONE),
+    )
+
+
+def _is_for(message: Message, vehicle: tuple[int, int]) -> bool:
     return message.get_msgId() == SET_POSITION_TARGET_LOCAL_NED and message.target_system in (0, vehicle[0])
+
+
+def _state_rows(logged: list[Logged], vehicle: TelemetryVehicle) -> list[int]:
+    """Where the vehicle's own state stands, without what a second link brought again."""
+    rows: list[int] = []
+    for kind, contents in STATE_CONTENTS.items():
+        of_kind = [
+            row for row, (_, message) in enumerate(logged)
+            if message.get_msgId() == kind and _sender(message) == vehicle.sender
+        ]
+        said = [(logged[row].stamp_ns, contents(logged[row].message)) for row in of_kind]
+        news = without_echoes(said, round(vehicle.lag_s * NS)) if vehicle.repeated else range(len(of_kind))
+        rows += [of_kind[index] for index in news]
+    return sorted(rows)
 
 
 def is_velocity(message: Message) -> bool:
@@ -203,25 +234,21 @@ def _arrays(rows: list[tuple[int, Vector]]) -> tuple[Any, Any]:
     return stamps_ns, vectors.reshape(-1, 3)
 
 
-def _events(own: list[tuple[int, Logged]]) -> tuple[tuple[VehicleEvent, ...], list[int]]:
-    """Changes of armed, in-air and mode, and the rows at which they are; none where the log holds none of them.
+def _states(logged: list[Logged], rows: list[int]) -> list[VehicleEvent]:
+    """Armed, in the air and mode as the message in each row has them.
 
     Without heartbeats of the vehicle in the log, being in the air has to mean armed.
     """
-    events: list[VehicleEvent] = []
-    rows: list[int] = []
-    state = VehicleEvent(0, not any(frame.message.get_msgId() == HEARTBEAT for _, frame in own), None)
-    for row, (stamp_ns, message) in own:
+    state = VehicleEvent(0, not any(logged[row].message.get_msgId() == HEARTBEAT for row in rows), None)
+    states = []
+    for row in rows:
+        stamp_ns, message = logged[row]
         if message.get_msgId() == HEARTBEAT:
             state = after_heartbeat(state, message)
-        elif message.get_msgId() == EXTENDED_SYS_STATE:
-            state = state._replace(in_air=in_air_from(message.landed_state, state.in_air))
         else:
-            continue
-        if not events or events[-1][1:] != state[1:]:
-            events.append(state._replace(stamp_ns=stamp_ns))
-            rows.append(row)
-    return tuple(events), rows
+            state = state._replace(in_air=in_air_from(message.landed_state, state.in_air))
+        states.append(state._replace(stamp_ns=stamp_ns))
+    return states
 
 
 def after_heartbeat(state: VehicleEvent, message: Message) -> VehicleEvent:
@@ -242,12 +269,14 @@ def in_air_from(landed_state: int, before: bool | None) -> bool | None:
     return False if landed_state == ON_GROUND else before
 
 
-def _notes(scan: Scan, vehicles: tuple[int, set[int]], other_setpoints: int) -> tuple[str, ...]:
-    vehicle, others = vehicles
+def _notes(scan: Scan, vehicle: TelemetryVehicle, others: list[str]) -> list[str]:
+    others_named, again = ', '.join(others), f'{vehicle.repeated} positions came again, up to {vehicle.lag_s:.1f} s late'
+    shared = f'several vehicles send as system {vehicle.sender[0]} and are distinguished by their time since boot'
     said = (
         (scan.cut_bytes, f'the last frame is cut off ({scan.cut_bytes} bytes)'),
         (scan.garbage_bytes, f'{scan.garbage_bytes} bytes are no sound frames and were skipped'),
-        (others, f'positions of system {vehicle} were taken, those of {", ".join(map(str, sorted(others)))} not'),
-        (other_setpoints, f'{other_setpoints} setpoints without a velocity in frame LOCAL_NED were not used'),
+        (others, f'positions of vehicle {vehicle.name} were taken, those of {others_named} not (--vehicle)'),
+        (vehicle.repeated, f'{again}, by a second link to the vehicle; they were not used'),
+        (not vehicle.alone, f'{shared}: which of them commands and states belong to is not known, and they were not used'),
     )
-    return tuple(note for condition, note in said if condition)
+    return [note for condition, note in said if condition]

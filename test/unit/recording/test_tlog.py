@@ -88,7 +88,7 @@ def test_only_velocities_for_this_vehicle_in_local_ned_count(tmp_path: Path) -> 
 def test_the_vehicle_with_most_positions_is_taken(tmp_path: Path) -> None:
     entries = [(position(float(i), 0.0, -5.0), OTHER if i % 3 else VEHICLE) for i in range(9)]
     found = read(tmp_path, b''.join(log(entries)))
-    assert len(found.poses.stamps_ns) == 6 and 'system 2 were taken, those of 1 not' in found.notes[0]
+    assert len(found.poses.stamps_ns) == 6 and 'of vehicle 2 were taken, those of 1 not' in found.notes[0]
 
 
 def test_without_landed_states_the_altitude_has_to_tell(tmp_path: Path) -> None:
