@@ -27,6 +27,7 @@ from advise_ros.recording import px4
 from advise_ros.recording.blocks import Block, Channel, Integers
 from advise_ros.recording.codec import Codec
 from advise_ros.recording.columns import STRINGS, Frames, Growing, read, why_unlike
+from advise_ros.recording.definitions import known_definition
 from advise_ros.recording.states import ADVISE, EVENT_OF, stamp_ns, status_names
 from advise_ros.recording.storage import open_source
 from advise_ros.recording.topics import (
@@ -178,12 +179,15 @@ class _Messages:
     def decoded(self, *, in_file_order: bool) -> tuple[list[tuple[int, Any]], int]:
         """The messages in order, each with what it is in order of, and how many do not fit their definition.
 
-        None where the bag has no definition.
+        None where neither the bag nor we know the definition.
         """
-        codec = Codec()
-        if not self.channel.definition or why_unlike(self.channel):
+        codec, channel = Codec(), self.channel
+        if not channel.definition:
+            encoding, text = known_definition(channel.type_name)
+            channel = channel._replace(encoding=encoding, definition=text)
+        if not channel.definition or why_unlike(channel):
             return [], len(self._found)
-        codec.learn(self.channel.type_name, self.channel.encoding, self.channel.definition)
+        codec.learn(channel.type_name, channel.encoding, channel.definition)
         ordered = self._found if in_file_order else sorted(self._found, key=lambda entry: entry[0])
         values = [
             (place if in_file_order else log_ns, value) for log_ns, place, data in ordered

@@ -25,6 +25,15 @@ PRIMITIVES = frozenset((
     'int64', 'uint64', 'string', 'wstring',
 ))
 
+# Types of packages that are rarely installed where bags are read.
+OF_OTHERS = {
+    'mavros_msgs/msg/State': (
+        'std_msgs/Header header\nbool connected\nbool armed\nbool guided\nbool manual_input\nstring mode\nuint8 system_status\n'
+        f'{SEPARATOR}\nMSG: std_msgs/Header\nbuiltin_interfaces/Time stamp\nstring frame_id\n'
+        f'{SEPARATOR}\nMSG: builtin_interfaces/Time\nint32 sec\nuint32 nanosec\n'
+    ),
+}
+
 
 class Definition(NamedTuple):
     """A message type as a bag stores it.
@@ -48,6 +57,16 @@ def definition(type_name: str) -> Definition:
         InputError: neither knows the type.
     """
     return _installed(type_name) or _shipped(type_name)
+
+
+def known_definition(type_name: str) -> tuple[str, str]:
+    """Encoding and text of a type that a bag does not define, as its package defines it; '' and '' for unknown types."""
+    if type_name in OF_OTHERS:
+        return 'ros2msg', OF_OTHERS[type_name]
+    try:
+        return 'ros2msg', definition(type_name).text
+    except InputError:
+        return '', ''
 
 
 def _share(package: str) -> Path | None:

@@ -12,10 +12,12 @@ from typing import NamedTuple
 from mcap.records import Attachment, Channel, Message, Metadata, Schema
 
 from advise_ros.core.errors import InputError, LogError
-from advise_ros.recording import metadata
+from advise_ros.recording import blocks, metadata
+from advise_ros.recording.definitions import known_definition
+from advise_ros.recording.filekind import FileKind, kind_of
 from advise_ros.recording.mcapwriter import McapWriter
 from advise_ros.recording.recover import Record, Salvage
-from advise_ros.recording.storage import file_order
+from advise_ros.recording.storage import REST_WAS_READ, BagSource, open_source
 
 # The record in which rosbag2 repeats metadata.yaml; it would not fit the new bag.
 ROSBAG2_RECORD = 'rosbag2'
@@ -27,7 +29,7 @@ class Recovered(NamedTuple):
     Attributes:
         target: the whole bag or file that was written; None when nothing was wrong.
         n_messages: that it holds; 0 when nothing was wrong.
-        losses: one sentence for each file that something was lost of, after the file's name.
+        losses: one sentence for each thing that was wrong.
     """
 
     target: Path | None
@@ -36,59 +38,37 @@ class Recovered(NamedTuple):
 
 
 def default_target(bag: Path) -> Path:
-    """Beside the original: session1 -> session1_recovered, cut.mcap -> cut_recovered.mcap."""
-    return bag.with_name(f'{bag.name}_recovered' if bag.is_dir() else f'{bag.stem}_recovered{bag.suffix}')
+    """Beside the original: session1 -> session1_recovered, cut.mcap -> cut_recovered.mcap, old.db3 -> old_recovered.mcap."""
+    return bag.with_name(f'{bag.name}_recovered' if bag.is_dir() else f'{bag.name.split(".", 1)[0]}_recovered.mcap')
 
 
 def recover(bag: str | Path, target: str | Path | None = None) -> Recovered:
     """Write what is whole of a bag into a new one, unless nothing is wrong with it. The original is not touched.
 
-    Messages keep their order, times and numbers.
+    Messages keep their order and times; what is written is MCAP, whatever the bag was stored as. Whole is what `discretise`
+    and `replay` read without a word: one rule for both.
 
     Args:
-        bag: a bag directory, with metadata.yaml or without, or an .mcap file.
+        bag: a bag directory, with metadata.yaml or without, or a file of one, stored as MCAP or sqlite3.
         target: must not exist; by default `default_target` of the bag.
 
     Raises:
-        LogError: there is no bag, it is not stored as MCAP, or nothing in it is whole.
+        LogError: there is no bag, or nothing in it is whole.
         InputError: the target exists or cannot be written.
     """
-    source = Path(bag)
-    files = mcap_files(source)
-    has_metadata = not source.is_dir() or (source / metadata.FILE_NAME).is_file()
+    path = Path(bag)
+    source = open_source(path)
     try:
-        if has_metadata and all(_is_sound(file) for file in files):
-            return Recovered(None, 0, ())
-    except OSError as problem:
-        raise LogError(f'{source} cannot be read ({problem.strerror})') from None
-    out = Path(target) if target is not None else default_target(source.absolute())
-    with _in_the_making(out) as part:
-        return _written(source, files, out, part)
-
-
-def mcap_files(bag: Path) -> list[Path]:
-    """The .mcap files of a bag in their order, whatever its metadata.yaml says.
-
-    Raises:
-        LogError: there are none.
-    """
-    if not bag.exists():
-        raise LogError(f'{bag}: there is no such file; name a bag directory or an .mcap file')
-    if not bag.is_dir():
-        return [bag]
-    found = sorted(bag.glob('*.mcap'), key=file_order)
-    if found:
-        return found
-    if any(bag.glob('*.db3')):
-        raise LogError(f"{bag} is stored as sqlite3, not as mcap; sqlite3's own command .recover is for such files")
-    raise LogError(f'{bag} holds no .mcap file; name a bag directory or an .mcap file')
-
-
-def _is_sound(file: Path) -> bool:
-    with Salvage(file) as salvage:
-        for _ in salvage.records():
+        for _ in source.blocks():
             pass
-        return salvage.whole
+    except LogError:  # Nothing is in it: neither is anything lost of a bag that was ended properly.
+        if not source.whole:
+            raise
+    if source.whole:
+        return Recovered(None, 0, ())
+    out = Path(target) if target is not None else default_target(path.absolute())
+    with _in_the_making(out) as part:
+        return _written(path, source, out, part)
 
 
 @contextmanager
@@ -111,20 +91,18 @@ def _in_the_making(out: Path) -> Iterator[Path]:
         shutil.rmtree(part, ignore_errors=True)
 
 
-def _written(source: Path, files: list[Path], out: Path, part: Path) -> Recovered:
-    names = [f'{out.name}_{number}.mcap' for number in range(len(files))] if source.is_dir() else [out.name]
-    copies = [copied(file, part / name) for file, name in zip(files, names, strict=True)]
-    losses = tuple(f'{file.name}: {copy.losses}' for file, copy in zip(files, copies, strict=True) if copy.losses)
+def _written(path: Path, source: BagSource, out: Path, part: Path) -> Recovered:
+    files = source.files
+    names = [f'{out.name}_{number}.mcap' for number in range(len(files))] if path.is_dir() else [out.name]
+    copies = [_copied(file, part / name, source) for file, name in zip(files, names, strict=True)]
     n_messages = sum(copy.writer.span.count for copy in copies)
-    if not n_messages and not any(copy.n_records for copy in copies):
-        raise LogError(f'{source}: nothing in it is whole ({"; ".join(losses)})')
-    if source.is_dir():
+    if path.is_dir():
         spans = [(copy.writer.path.name, copy.writer.span) for copy in copies]
         metadata.write(part, metadata.information(spans, _topics(copies)))
         part.rename(out)
     else:
         (part / out.name).rename(out)
-    return Recovered(out, n_messages, losses)
+    return Recovered(out, n_messages, tuple(note.replace(REST_WAS_READ, '') for note in source.notes))
 
 
 @dataclass
@@ -132,8 +110,6 @@ class Copy:
     """A file being written with the records of another."""
 
     writer: McapWriter
-    losses: str = ''
-    n_records: int = 0
     _schemas: dict[int, int] = field(default_factory=dict)
     _channels: dict[int, int] = field(default_factory=dict)
     # By the ids of the file being written.
@@ -153,10 +129,8 @@ class Copy:
             channel_id = self.writer.add_channel(record.topic, record.message_encoding, schema_id, record.metadata)
             self._channels[record.id], self.channels[channel_id] = channel_id, record
         elif isinstance(record, Metadata) and record.name != ROSBAG2_RECORD:
-            self.n_records += 1
             self.writer.add_record(record.name, record.metadata)
         elif isinstance(record, Attachment):
-            self.n_records += 1
             self.writer.add_attachment(record)
 
     def topics(self) -> Iterator[metadata.Topic]:
@@ -170,23 +144,53 @@ class Copy:
             )
 
 
-def copied(source: Path, target: Path) -> Copy:
+def _copied(file: Path, target: Path, source: BagSource) -> Copy:
     """Write what is whole of one file into another.
 
     Raises:
         OSError: the source cannot be read or the target not be written.
     """
-    with Salvage(source) as salvage:
-        copy = Copy(McapWriter(target))
-        try:
-            for record in salvage.records():
+    copy = Copy(McapWriter(target))
+    try:
+        if kind_of(file) is FileKind.MCAP and not source.packed:
+            with Salvage(file) as salvage:
+                for record in salvage.records():
+                    copy.take(record)
+        else:
+            for record in _records(BagSource(file, [file])):
                 copy.take(record)
-        except BaseException:
-            copy.writer.abandon()
-            raise
-        copy.writer.finish()
-        copy.losses = salvage.losses()
-        return copy
+    except BaseException:
+        copy.writer.abandon()
+        raise
+    copy.writer.finish()
+    return copy
+
+
+def _records(source: BagSource) -> Iterator[Record]:
+    """The messages of a file that is stored in another way, as MCAP has them."""
+    known: dict[tuple[str, str], int] = {}
+    for block in source.blocks():
+        numbers: dict[int, int] = {}
+        for channel_id in dict.fromkeys(block.channel_ids.tolist()):
+            channel = block.channels[channel_id]
+            name = channel.topic, channel.type_name
+            if name not in known:
+                known[name] = len(known) + 1
+                yield from _definitions(known[name], channel)
+            numbers[channel_id] = known[name]
+        columns = block.channel_ids, block.log_ns, block.publish_ns, block.starts, block.ends
+        for channel_id, log_ns, publish_ns, start, end in zip(*(column.tolist() for column in columns), strict=True):
+            yield Message(
+                channel_id=numbers[channel_id], sequence=0, log_time=log_ns, publish_time=publish_ns, data=block.data[start:end],
+            )
+
+
+def _definitions(number: int, channel: blocks.Channel) -> Iterator[Record]:
+    encoding, text = channel.encoding, channel.definition
+    if not text:
+        encoding, text = known_definition(channel.type_name)
+    yield Schema(id=number, name=channel.type_name, encoding=encoding, data=text.encode())
+    yield Channel(id=number, topic=channel.topic, message_encoding='cdr', metadata={}, schema_id=number)
 
 
 def _topics(copies: list[Copy]) -> list[metadata.Topic]:

@@ -21,8 +21,6 @@ Reader = Callable[[Path, BagTopics, Place | None, ProgressCallback | None], Reco
 
 
 def _bag(path: Path, topics: BagTopics, place: Place | None, progress: ProgressCallback | None) -> Recording:
-    if path.suffix == '.db3':
-        raise LogError(f'{path} is a part of a bag; name the directory with its metadata.yaml: {path.parent}')
     return read_bag(path, topics, progress)
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from rosbags.rosbag2 import StoragePlugin, Writer
+from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from advise_ros.core.demonstrations.samples import Recording, VehicleEvent
@@ -87,9 +87,12 @@ def bag(
     silent: Mapping[str, str] | None = None,
     *,
     in_order: bool = True,
+    compression: CompressionMode = CompressionMode.NONE,
 ) -> Path:
     """In the order of the log times, or as given; `silent`: topics without messages, with their types."""
-    with Writer(path, version=9, storage_plugin=plugin) as writer:
+    writer = Writer(path, version=9, storage_plugin=plugin)
+    writer.set_compression(compression, CompressionFormat.ZSTD)
+    with writer:
         connections: dict[str, Any] = {}
         for topic, kind in (silent or {}).items():
             writer.add_connection(topic, kind, typestore=STORE)

@@ -114,7 +114,7 @@ def test_a_bag_with_nothing_whole_in_it_is_refused_in_one_sentence(tmp_path: Pat
 def test_what_is_no_bag(tmp_path: Path) -> None:
     with pytest.raises(LogError, match='there is no such file'):
         read_recording(tmp_path / 'none.mcap')
-    with pytest.raises(LogError, match=r'no metadata\.yaml and no \.mcap file; name a bag directory'):
+    with pytest.raises(LogError, match=r'no metadata\.yaml and no \.mcap or \.db3 file; name a bag directory'):
         read_recording(tmp_path)
     (tmp_path / 'a.mcap').write_bytes(b'x')
     with pytest.raises(LogError, match=r'holds nothing whole \(metadata\.yaml is missing; a\.mcap was read; '):

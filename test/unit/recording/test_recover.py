@@ -141,7 +141,7 @@ def test_a_whole_bag_is_left_alone_and_one_without_metadata_gets_them(tmp_path: 
     assert recover(tmp_path / 'bag').target is None
     (tmp_path / 'bag' / 'metadata.yaml').unlink()
     found = recover(tmp_path / 'bag')
-    assert (found.n_messages, found.losses) == (N_MESSAGES, ())
+    assert (found.n_messages, found.losses) == (N_MESSAGES, ('metadata.yaml is missing; bag_0.mcap was read',))
     with AnyReader([found.target]) as reader:
         assert reader.message_count == N_MESSAGES
 
@@ -159,12 +159,12 @@ def test_nothing_is_overwritten_and_nothing_is_left_behind(tmp_path: Path) -> No
     (tmp_path / 'bag_recovered').mkdir()
     with pytest.raises(InputError, match='exists already'):
         recover(tmp_path / 'bag')
-    file.write_bytes(b'')
-    with pytest.raises(LogError, match='nothing in it is whole'):
-        recover(tmp_path / 'bag', tmp_path / 'other')
     (tmp_path / 'file').write_text('')
     with pytest.raises(InputError, match='cannot be made'):
         recover(tmp_path / 'bag', tmp_path / 'file' / 'other')
+    file.write_bytes(b'')
+    with pytest.raises(LogError, match='holds nothing whole'):
+        recover(tmp_path / 'bag', tmp_path / 'other')
     assert sorted(path.name for path in tmp_path.iterdir()) == ['bag', 'bag_recovered', 'file']
 
 
@@ -176,5 +176,5 @@ def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None
     assert 'messages are in' in capsys.readouterr().out.splitlines()[-1]
     assert run([str(tmp_path / 'bag')]) == 2 and 'exists already' in capsys.readouterr().err
     file.write_bytes(b'not a bag')
-    assert run([str(file)]) == 1 and 'nothing in it is whole' in capsys.readouterr().err
+    assert run([str(file)]) == 1 and 'holds nothing whole' in capsys.readouterr().err
     assert run([str(tmp_path / 'nowhere')]) == 2 and 'no such file' in capsys.readouterr().err
