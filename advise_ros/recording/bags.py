@@ -28,7 +28,7 @@ from advise_ros.recording.blocks import Block, Channel, Integers
 from advise_ros.recording.codec import Codec
 from advise_ros.recording.columns import STRINGS, Frames, Growing, read, why_unlike
 from advise_ros.recording.definitions import known_definition
-from advise_ros.recording.states import ADVISE, EVENT_OF, stamp_ns, status_names
+from advise_ros.recording.states import ADVISE, EVENT_OF, PX4, stamp_ns, status_names
 from advise_ros.recording.storage import open_source
 from advise_ros.recording.topics import (
     ARDUPILOT_FRAME,
@@ -105,7 +105,8 @@ class _Stretch:
         self.type_name, self.topic = channel.type_name, full_name(channel.topic)
         self.problem = why_unlike(channel)
         self._px4: px4.MessageLayout | None = None
-        if channel.type_name in px4.TYPES and not self.problem:
+        self.undefined = channel.type_name in px4.TYPES and not channel.definition
+        if channel.type_name in px4.TYPES and not self.problem and not self.undefined:
             self._px4 = px4.layout(channel)
             self.problem = '' if self._px4 else f'the bag does not say where {channel.type_name} has its stamp and position'
         self.strings = STRINGS.get(channel.type_name, 0)
@@ -119,6 +120,8 @@ class _Stretch:
         self.count += len(rows)
         if self.problem:
             return
+        if self.undefined and self._px4 is None:
+            self._px4 = px4.known_layout(self.type_name, int(block.ends[rows[0]] - block.starts[rows[0]]))
         column = px4.read(block, rows, self._px4, self.frames) if self._px4 else read(block, rows, self.strings, self.frames)
         self._stamps_ns.add(column.stamps_ns)
         self._vectors.add(column.vectors)
@@ -184,6 +187,8 @@ class _Messages:
         codec, channel = Codec(), self.channel
         if not channel.definition:
             encoding, text = known_definition(channel.type_name)
+            if channel.type_name == PX4 and self._found:
+                encoding, text = 'ros2msg', px4.known_status(len(self._found[0][2]))
             channel = channel._replace(encoding=encoding, definition=text)
         if not channel.definition or why_unlike(channel):
             return [], len(self._found)
@@ -258,6 +263,8 @@ class _Collected:
         commands, said = self._commands(found.command, poses, in_file_order=in_file_order)
         statuses, unfit = self._values(found.status, in_file_order=in_file_order)
         flights, lost = self._values(found.policy, in_file_order=in_file_order)
+        if self._vectors[found.pose].undefined:
+            said.append(f'the bag does not define {held[found.pose].type_name}: it was read as px4_msgs 1.13 to 1.18 have it')
         counts = ((self._vectors[found.pose].unfit, found.pose), (unfit, found.status), (lost, found.policy))
         said += [_unfit(count, topic) for count, topic in counts if count] + _unused(found, held)
         event_of = EVENT_OF.get(held[found.status].type_name if found.status else '', EVENT_OF[ADVISE])

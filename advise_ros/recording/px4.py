@@ -56,6 +56,31 @@ def layout(channel: Channel) -> MessageLayout | None:
     return MessageLayout(places['timestamp'], (at[0], at[1], at[2]), frame, valid, size)
 
 
+# From this size on a VehicleOdometry, and a VehicleStatus, is of px4_msgs before 1.14.
+OLDER_ODOMETRY_BYTES, OLDER_STATUS_BYTES = 200, 100
+
+
+def known_layout(type_name: str, size: int) -> MessageLayout:
+    """Of messages that a bag does not define, as px4_msgs 1.13 to 1.18 have them.
+
+    Args:
+        type_name: of TYPES.
+        size: of a message in bytes, by which the versions differ.
+    """
+    if type_name == TYPES[1]:
+        return MessageLayout(4, (24, 28, 32), None, (20, 21), 36)
+    return MessageLayout(4, (24, 28, 32), (20, NED['local_frame' if size >= OLDER_ODOMETRY_BYTES else 'pose_frame']), (), 36)
+
+
+def known_status(size: int) -> str:
+    """As known_layout, for VehicleStatus: a definition of the fields that are looked at."""
+    if size >= OLDER_STATUS_BYTES:
+        return f'uint64 timestamp\nuint8 nav_state\nuint8[15] skipped\nuint8 arming_state\nuint8[{size - 29}] rest\n'
+    return (
+        f'uint64 timestamp\nuint64[2] others\nuint8 arming_state\nuint8[16] skipped\nuint8 nav_state\nuint8[{size - 46}] rest\n'
+    )
+
+
 def _places(fields: Any) -> Mapping[str, int]:
     """Field -> offset, up to the first that has no fixed size."""
     found: dict[str, int] = {}

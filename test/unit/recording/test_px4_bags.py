@@ -1,10 +1,12 @@
 """Positions in PX4's own messages: of two versions, in sqlite3 and MCAP, with the definitions that the bags hold."""
 
+import struct
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from mcap.writer import Writer as McapWriter
 from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
@@ -47,6 +49,7 @@ float32[2] delta_xy
 uint8 xy_reset_counter
 """
 ODOMETRY, LOCAL = 'px4_msgs/msg/VehicleOdometry', 'px4_msgs/msg/VehicleLocalPosition'
+STATUS = 'px4_msgs/msg/VehicleStatus'
 FLOWN = flight(GRID, round_trip())
 STAMPS_NS = FLOWN.poses.stamps_ns // 1000 * 1000
 EAST, NORTH, UP = FLOWN.poses.positions_enu_m.astype(np.float32).astype(np.float64).T
@@ -112,3 +115,36 @@ def test_what_cannot_be_used_is_told(tmp_path: Path) -> None:
     elsewhere = bag(tmp_path / 'other', topic, ODOMETRY, text, lambda *ned: {})
     with pytest.raises(LogError, match='does not say where px4_msgs/msg/VehicleOdometry has its stamp and position'):
         read_bag(elsewhere)
+
+
+def undefined(path: Path, kind: str, size: int, flags: dict[int, int], status: tuple[int, int]) -> Path:
+    """A file without definitions: messages of a size, with bytes at offsets; and one state of a size with its mode at another."""
+    with path.open('wb') as stream:
+        writer = McapWriter(stream)
+        writer.start('ros2')
+        positions = writer.register_channel('/fmu/out/vehicle_odometry', 'cdr', writer.register_schema(kind, '', b''))
+        states = writer.register_channel('/fmu/out/vehicle_status', 'cdr', writer.register_schema(STATUS, '', b''))
+        state = bytearray(status[0])
+        state[:4], state[28], state[status[1]] = b'\0\1\0\0', 2, 14
+        writer.add_message(states, 0, bytes(state), 0)
+        for stamp_ns, east, north, up in zip(STAMPS_NS.tolist(), EAST, NORTH, UP, strict=True):
+            data = bytearray(size)
+            struct.pack_into('<4xQ4x4x3f', data, 0, stamp_ns // 1000, north, east, -up)
+            for at, value in {1: 1, **flags}.items():
+                data[at] = value
+            writer.add_message(positions, stamp_ns, bytes(data), stamp_ns)
+        writer.finish()
+    return path
+
+
+@pytest.mark.parametrize(('kind', 'size', 'flags', 'status'), [
+    (ODOMETRY, 118, {20: 1}, (84, 45)), (ODOMETRY, 265, {20: 0}, (116, 12)), (LOCAL, 220, {20: 1, 21: 1}, (87, 45)),
+])
+def test_a_bag_without_definitions_is_read_by_the_known_layouts(
+    tmp_path: Path, kind: str, size: int, flags: dict[int, int], status: tuple[int, int],
+) -> None:
+    """The sizes are those of px4_msgs 1.13 to 1.18."""
+    found = read_bag(undefined(tmp_path / 'flight.mcap', kind, size, flags, status))
+    assert (found.poses.positions_enu_m == np.stack([EAST, NORTH, UP], axis=1)).all()
+    assert [(event.armed, event.mode) for event in found.events] == [(True, 'OFFBOARD')]
+    assert f'does not define {kind}' in ' '.join(found.notes)
