@@ -24,7 +24,8 @@ from advise_msgs.msg import VehicleStatus
 from advise_ros.core.demonstrations.samples import Recording
 from advise_ros.core.errors import LogError
 from advise_ros.recording.definitions import definition
-from advise_ros.recording.tlog import Scan, frames_of, read_tlog
+from advise_ros.recording.telemetry_frames import Scan, frames_of
+from advise_ros.recording.tlog import read_tlog
 from advise_ros.recording.writer import BagWriter
 
 NS = 1_000_000_000

@@ -17,7 +17,8 @@ from advise_ros.mavlink.messages import (
     message_interval,
 )
 from advise_ros.mavlink.stamps import BootOrder, Stamper
-from advise_ros.recording.tlog import SET_POSITION_TARGET_LOCAL_NED, after_heartbeat, in_air_from, is_velocity
+from advise_ros.recording.telemetry_frames import SET_POSITION_TARGET_LOCAL_NED
+from advise_ros.recording.tlog import after_heartbeat, in_air_from, is_velocity
 
 # The second onboard computer: the first is the bridge.
 COMPONENT_ID = 192

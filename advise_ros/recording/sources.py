@@ -30,7 +30,7 @@ def _dataflash(path: Path, topics: BagTopics, place: Place | None, progress: Pro
 
 READERS: Mapping[FileKind, Reader] = {
     **dict.fromkeys(BAG_KINDS, _bag),
-    FileKind.TLOG: lambda path, topics, place, progress: read_tlog(path, progress, topics.vehicle),
+    FileKind.TLOG: lambda path, topics, place, progress: read_tlog(path, progress, topics.vehicle, place),
     FileKind.ULOG: lambda path, topics, place, progress: read_ulog(path, place, progress),
     FileKind.DATAFLASH: _dataflash,
     FileKind.DATAFLASH_TEXT: _dataflash,

@@ -4,12 +4,16 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from advise_ros.core.demonstrations.samples import Recording
 from advise_ros.core.errors import LogError
 from advise_ros.mavlink.messages import dialect
-from advise_ros.recording.tlog import Scan, frames_of, read_tlog
+from advise_ros.recording import telemetry_frames
+from advise_ros.recording.place import Place
+from advise_ros.recording.telemetry_frames import Scan, frames_of
+from advise_ros.recording.tlog import read_tlog
 
 START_US = 1_700_000_000_000_000
 FLAG_ARMED = dialect.MAV_MODE_FLAG_SAFETY_ARMED
@@ -39,6 +43,7 @@ def log(entries: Iterable[tuple[Any, tuple[int, int]]], *, v1: bool = False) -> 
     return frames
 
 
+HERE = (47.0, 8.0)
 VEHICLE, COMPANION, OTHER = (1, 1), (1, 191), (2, 1)
 FLIGHT = [
     (heartbeat(armed=False), VEHICLE),
@@ -96,6 +101,40 @@ def test_without_landed_states_the_altitude_has_to_tell(tmp_path: Path) -> None:
     assert events and all(event.in_air is None for event in events)
 
 
+def on_earth(north: float, east: float, up: float) -> Any:
+    """Metres from HERE, by the length of a degree there."""
+    latitude, longitude = HERE[0] + north / 111_174.0, HERE[1] + east / 76_056.0
+    return dialect.MAVLink_global_position_int_message(
+        0, round(latitude * 1e7), round(longitude * 1e7), 400_000, round(up * 1000), 0, 0, 0, 0,
+    )
+
+
+def test_places_on_the_earth_are_positions_where_the_grid_has_its_place(tmp_path: Path) -> None:
+    path = tmp_path / 'flight.tlog'
+    elsewhere = [(position(100.0, 100.0, -5.0), VEHICLE), (on_earth(1.0, 2.0, 5.0), VEHICLE)]
+    path.write_bytes(b''.join(log(FLIGHT[:6] + elsewhere + FLIGHT[7:8])))
+    found = read_tlog(path, place=Place(*HERE))
+    assert found.poses.positions_enu_m == pytest.approx(np.array([[2.0, 1.0, 5.0]]), abs=0.02)
+    turned = read_tlog(path, place=Place(*HERE, heading_deg=90.0))
+    assert turned.poses.positions_enu_m == pytest.approx(np.array([[-1.0, 2.0, 5.0]]), abs=0.02)
+    assert turned.commands.velocities_enu_m_s.tolist() == [pytest.approx([-0.5, 1.5, 0.25])]
+    path.write_bytes(b''.join(log(FLIGHT[:6] + elsewhere[1:])))
+    with pytest.raises(LogError, match='to the grid file: origin_wgs84'):
+        read_tlog(path)
+    path.write_bytes(b''.join(log(FLIGHT)))
+    assert 'no place on the earth' in read_tlog(path, place=Place(*HERE)).notes[0]
+
+
+def test_a_log_is_the_same_whatever_the_windows_it_is_read_in(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    data = b''.join(log(FLIGHT * 30)) + b'\xfe\xfd' * 40 + b''.join(log(FLIGHT))
+    whole = read(tmp_path, data)
+    for size in (1, 301, 997):
+        monkeypatch.setattr(telemetry_frames, 'WINDOW', size)
+        found = read(tmp_path, data)
+        assert (found.poses.stamps_ns == whole.poses.stamps_ns).all() and found.events == whole.events
+        assert found.notes == whole.notes and 'bytes are no sound frames' in found.notes[-1]
+
+
 @pytest.mark.parametrize('garbage', [b'\xfd', b'\xfe\xfd\x00' * 5, bytes(range(256)), b'\x00' * 40])
 @pytest.mark.parametrize('where', [0, 3, 6, 7, 12])
 def test_garbage_between_frames_costs_nothing_else(tmp_path: Path, garbage: bytes, where: int) -> None:
@@ -136,7 +175,7 @@ def test_every_sound_frame_can_be_copied() -> None:
         (b'', 'is empty'),
         (b'# A readme\n' * 100, 'is not a MAVLink telemetry log'),
         (bytes(4000), 'is not a MAVLink telemetry log'),
-        (b''.join(log(FLIGHT[:3])), 'has 3 MAVLink frames but no position'),
+        (b''.join(log(FLIGHT[:3])), 'has 3 MAVLink frames, but no position'),
     ],
 )
 def test_logs_of_no_use_are_refused_with_a_remedy(tmp_path: Path, data: bytes, expected: str) -> None:

@@ -1,0 +1,72 @@
+"""The wanted messages of a telemetry log as columns: a log of 100 MB has half a million positions."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from advise_ros.mavlink.messages import EXTENDED_SYS_STATE, HEARTBEAT, LOCAL_POSITION_NED, Message
+from advise_ros.recording.columns import Growing
+from advise_ros.recording.telemetry_frames import GLOBAL_POSITION_INT, SET_POSITION_TARGET_LOCAL_NED, Frame
+
+# So many messages are put into the columns at once.
+BATCH = 4096
+# Number of a message -> its fields that are wanted, after row, stamp, system and component.
+FIELDS = {
+    LOCAL_POSITION_NED: ('time_boot_ms', 'x', 'y', 'z'),
+    GLOBAL_POSITION_INT: ('time_boot_ms', 'lat', 'lon', 'relative_alt'),
+    SET_POSITION_TARGET_LOCAL_NED: ('target_system', 'coordinate_frame', 'type_mask', 'vx', 'vy', 'vz'),
+    HEARTBEAT: ('base_mode', 'custom_mode', 'autopilot'),
+    EXTENDED_SYS_STATE: ('landed_state',),
+}
+
+
+class Columns:
+    """The messages of one kind, in the order of the log.
+
+    Attributes:
+        rows: (n,) their places among the wanted messages.
+        stamps_ns: (n,) when they were logged.
+        senders: (n, 2) system and component.
+        values: (n, fields) as FIELDS says.
+    """
+
+    def __init__(self, kind: int) -> None:
+        self.kind, self._fields = kind, FIELDS[kind]
+        self._waiting: list[tuple[int, int, int, int]] = []
+        self._values: list[tuple[Any, ...]] = []
+        self._heads, self._growing = Growing(np.int64, 4), Growing(np.float64, len(self._fields))
+
+    def take(self, row: int, stamp_ns: int, message: Message) -> None:
+        """Add a message."""
+        self._waiting.append((row, stamp_ns, message.get_srcSystem(), message.get_srcComponent()))
+        self._values.append(tuple(getattr(message, name) for name in self._fields))
+        if len(self._waiting) == BATCH:
+            self._flush()
+
+    def _flush(self) -> None:
+        self._heads.add(np.array(self._waiting, dtype=np.int64).reshape(-1, 4))
+        self._growing.add(np.array(self._values, dtype=np.float64).reshape(-1, len(self._fields)))
+        self._waiting, self._values = [], []
+
+    def finish(self) -> Columns:
+        """Take no more."""
+        self._flush()
+        heads = self._heads.whole()
+        self.rows, self.stamps_ns, self.senders = heads[:, 0].copy(), heads[:, 1].copy(), heads[:, 2:].copy()
+        self.values: npt.NDArray[np.float64] = self._growing.whole()
+        return self
+
+
+def columns_of(frames: Iterable[Frame]) -> dict[int, Columns]:
+    """The wanted messages by their kinds."""
+    columns = {kind: Columns(kind) for kind in FIELDS}
+    row = 0
+    for stamp_ns, _, message in frames:
+        if message is not None:
+            columns[message.get_msgId()].take(row, stamp_ns, message)
+            row += 1
+    return {kind: one.finish() for kind, one in columns.items()}
