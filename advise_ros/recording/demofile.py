@@ -45,14 +45,24 @@ def load_demonstrations(path: str | Path, grid: Grid) -> tuple[Demonstration, ..
     """Read the file, or a dataset.
 
     Raises:
-        InputError: the file is missing, no demonstrations file, malformed or of another grid; or as load_dataset.
+        InputError: the file is missing, no demonstrations file, malformed, empty or of another grid, or two have one id;
+            or as load_dataset.
     """
     if is_dataset(path):
         dataset = load_dataset(path)
-        _check_grid(f'dataset {path}', dataset.grid, grid, _sources([{'source': one.source} for one in dataset.demonstrations]))
-        return dataset.demonstrations
-    records = _records(path, grid)
-    return tuple(_checked(path, index, record, grid) for index, record in enumerate(records))
+        what, demonstrations = f'dataset {path}', dataset.demonstrations
+        _check_grid(what, dataset.grid, grid, _sources([{'source': one.source} for one in demonstrations]))
+    else:
+        what, records = f'demonstrations file {path}', _records(path, grid)
+        demonstrations = tuple(_checked(path, index, record, grid) for index, record in enumerate(records))
+    if not demonstrations:
+        raise InputError(f'{what}: it holds no demonstration; make it again with discretise, or name no file')
+    first: dict[str, int] = {}
+    for index, one in enumerate(demonstrations):
+        if first.setdefault(one.demonstration_id, index) != index:
+            where = f'entries {first[one.demonstration_id]} and {index}'
+            raise InputError(f'{what}: {where} have the same id {one.demonstration_id!r}; give each its own')
+    return demonstrations
 
 
 def _records(path: str | Path, grid: Grid) -> list[Any]:
@@ -76,7 +86,7 @@ def _records(path: str | Path, grid: Grid) -> list[Any]:
 
 def _read(path: str | Path) -> Any:
     try:
-        return json.loads(Path(path).read_text(encoding='utf-8'))
+        return json.loads(Path(path).read_text(encoding='utf-8-sig'))  # Some editors put a byte order mark in front.
     except FileNotFoundError:
         raise InputError(f'demonstrations file {path}: there is no such file; make one with discretise') from None
     except OSError as problem:

@@ -20,6 +20,8 @@ from advise_ros.core.units import NS
 
 # Sentences about unknown moves in one audit; the rest is counted.
 MAX_BREAK_NOTES = 5
+# Two positions are further apart than this and faster than anything flies: they are not of one track.
+JUMP_M, JUMP_SPEED_M_S = 2.0, 30.0
 
 Mask = npt.NDArray[np.bool_]
 Stamps = npt.NDArray[np.int64]
@@ -274,8 +276,24 @@ def _audit(
             for one, inserted in zip(found.decided, track.inserted, strict=True)
         ),
         max_gap_s=max_gap_s,
-        notes=_notes(grid, settings, found, numbers, max_gap_s),
+        notes=(
+            *_notes(grid, settings, found, numbers, max_gap_s),
+            *_jumps(poses.stamps_ns[finite], poses.positions_enu_m[finite], window_ns[0]),
+        ),
     )
+
+
+def _jumps(stamps_ns: Stamps, positions_enu_m: npt.NDArray[np.float64], start_ns: int) -> tuple[str, ...]:
+    """One sentence where positions jump, as they do when the origin of the local frame is set anew."""
+    ways_m = np.linalg.norm(np.diff(positions_enu_m, axis=0), axis=1)
+    jumps = np.flatnonzero((ways_m > JUMP_M) & (ways_m > JUMP_SPEED_M_S * np.diff(stamps_ns) / NS))
+    if not jumps.size:
+        return ()
+    at_s = (stamps_ns[jumps[0] + 1] - start_ns) / NS
+    how = f'positions jump by {ways_m[jumps[0]]:.0f} m' if jumps.size == 1 else (
+        f'positions jump {jumps.size} times, by up to {ways_m[jumps].max():.0f} m, first'
+    )
+    return (f'{how} {at_s:.1f} s into the flight: the origin of their frame was set anew, or they are of several vehicles',)
 
 
 def _count(mask: Mask) -> int:

@@ -138,3 +138,33 @@ def test_what_comes_again_is_known_by_all_its_stamps() -> None:
     assert known(first, (second, first))
     assert not known(first, (second,))
     assert not known(replace(first, window_ns=(0, 1)), (first,))
+
+
+def test_a_byte_order_mark_in_front_is_passed_over(tmp_path: Path) -> None:
+    path = tmp_path / 'demos.json'
+    save_demonstrations(path, two())
+    path.write_bytes(b'\xef\xbb\xbf' + path.read_bytes())
+    assert load_demonstrations(path, GRID) == two()
+
+
+def test_an_empty_list_is_no_start(tmp_path: Path) -> None:
+    write(tmp_path / 'demos.json', [])
+    with pytest.raises(InputError, match=r'demos\.json: it holds no demonstration; make it again'):
+        load_demonstrations(tmp_path / 'demos.json', GRID)
+
+
+def test_one_id_for_two_demonstrations_is_refused(tmp_path: Path) -> None:
+    records = [to_record(one) for one in two()]
+    write(tmp_path / 'demos.json', [records[0], records[1], records[0]])
+    with pytest.raises(InputError, match="entries 0 and 2 have the same id 'flight-001'; give each its own"):
+        load_demonstrations(tmp_path / 'demos.json', GRID)
+
+
+def test_what_was_read_of_a_recording_is_no_part_of_its_path(tmp_path: Path) -> None:
+    """Another grid: the command to make the file again names the recording."""
+    recording = tmp_path / 'flight.tlog'
+    recording.write_bytes(b'')
+    for read in ('', ' (positions /pose, commands none, state none)', ' (positions of vehicle 1)'):
+        save_demonstrations(tmp_path / 'demos.json', [replace(two()[0], source=f'{recording}{read}')])
+        with pytest.raises(InputError, match=f'discretise {recording} --grid'):
+            load_demonstrations(tmp_path / 'demos.json', replace(GRID, altitude_m=7.0))

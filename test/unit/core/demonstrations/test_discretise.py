@@ -15,6 +15,7 @@ from support.flown import GRID, PERIOD_NS, START_NS, commands_of, flight, round_
 SETTINGS = DiscretiseSettings()
 ALL = (0, 2**62)
 N, E, S, W = Action
+JUMPED = 'into the flight: the origin of their frame was set anew, or they are of several vehicles'
 
 
 def run(
@@ -170,6 +171,7 @@ def test_bad_samples_are_dropped_and_counted() -> None:
     assert audit.notes == (
         '1 positions are not numbers and were dropped',
         '1 samples more than 1 m off the altitude of 5 m were not used',
+        f'positions jump 3 times, by up to 10 m, first 1.0 s {JUMPED}',
     )
 
 
@@ -218,3 +220,17 @@ def test_windows_cut_both_ends_included() -> None:
 def test_a_window_without_positions_says_so() -> None:
     found = run(level((0.0, 0.0), (2.0, 0.0)), window_ns=(1, START_NS - 1))
     assert found.states == () and found.audit.notes == ('no positions in the window',)
+
+
+@pytest.mark.parametrize(('times', 'how'), [(1, 'by 36 m'), (3, '3 times, by up to 36 m, first')])
+def test_positions_that_jump_are_noted(times: int, how: str) -> None:
+    flown = flight(GRID, round_trip())
+    level = int(np.argmax(flown.poses.positions_enu_m[:, 2] > 4.0))
+    positions = flown.poses.positions_enu_m.copy()
+    for begin in range(level + 90, level + 90 + 20 * times, 20):
+        positions[begin:] += (30.0, -20.0, 0.0) if positions[begin, 0] < 25.0 else (-30.0, 20.0, 0.0)
+    moved = flown._replace(poses=flown.poses._replace(positions_enu_m=positions))
+    window = int(flown.poses.stamps_ns[level]), int(flown.poses.stamps_ns[-1])
+    found = run(moved, window_ns=window)
+    assert [note for note in found.audit.notes if 'jump' in note] == [f'positions jump {how} 9.0 s {JUMPED}']
+    assert not any('jump' in note for note in run(flown, window_ns=window).audit.notes)
