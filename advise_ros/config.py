@@ -122,8 +122,14 @@ class RecorderConfig(DiscretiseSettings, OnObstacleMap):
 
     source: str = parameter('topics', 'where samples come from', choices=('topics', 'mavlink', 'tlog'))
     pose_source: str = parameter('pose', 'topic of positions when source is topics', choices=('pose', 'odom'))
+    command_type: str = parameter(
+        'TwistStamped', 'type of cmd_vel when source is topics; a Twist counts from when it arrives',
+        choices=('TwistStamped', 'Twist'),
+    )
+    frame: str = parameter('map', "frame of the positions whose origin and axes are the grid's")
     mavlink_url: str = parameter('udpin:127.0.0.1:14551', 'pymavlink connection when source is mavlink')
     tlog_file: str = parameter('', 'log to read when source is tlog')
+    vehicle: str = parameter('', 'system id of the vehicle in the log when source is tlog; empty: the one that flies')
     split: str = parameter(
         'flights', 'flights: from take-off to the final waypoint or landing; manual: recorder/start and stop',
         choices=('flights', 'manual'),

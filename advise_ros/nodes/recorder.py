@@ -7,7 +7,7 @@ import sys
 import time
 from collections import Counter
 
-from geometry_msgs.msg import PoseStamped, TwistStamped
+from geometry_msgs.msg import PoseStamped, Twist, TwistStamped
 from nav_msgs.msg import Odometry
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
@@ -15,15 +15,15 @@ from std_srvs.srv import Trigger
 
 from advise_msgs import msg
 from advise_ros.config import RecorderConfig
-from advise_ros.core.demonstrations.recorded_flights import demonstrations_of
 from advise_ros.core.demonstrations.recorder import Recorder, RecorderPhase, RecorderReply
 from advise_ros.core.demonstrations.samples import VehicleEvent
 from advise_ros.core.errors import InputError
 from advise_ros.core.units import MAP_FRAME
 from advise_ros.mavlink.link import Link
 from advise_ros.nodes.route_grid import grid_of
+from advise_ros.recording.batch import ReadTask, demonstrations_in
 from advise_ros.recording.mavlink_listener import COMPONENT_ID, MavlinkListener
-from advise_ros.recording.tlog import read_tlog
+from advise_ros.recording.topics import BagTopics
 from advise_ros.ros import convert, diagnostics, parameters, qos, run
 from advise_ros.ros.diagnostics import Diagnostics
 from advise_ros.ros.track import TrackTopic
@@ -96,7 +96,8 @@ class RecorderNode(Node):
     def _open_topics(self) -> None:
         kind = PoseStamped if self.config.pose_source == 'pose' else Odometry
         self.create_subscription(kind, self.config.pose_source, self._on_pose, qos.SENSOR_DEEP)
-        self.create_subscription(TwistStamped, 'cmd_vel', self._on_command, qos.COMMAND_DEEP)
+        command = TwistStamped if self.config.command_type == 'TwistStamped' else Twist
+        self.create_subscription(command, 'cmd_vel', self._on_command, qos.COMMAND_DEEP)
         self.create_subscription(msg.VehicleStatus, 'vehicle_status', self._on_vehicle, qos.latched(STATUS_DEPTH))
         self.create_subscription(msg.FlightStatus, POLICY_TOPIC, self._on_policy, qos.latched())
 
@@ -109,14 +110,15 @@ class RecorderNode(Node):
     def _open_tlog(self) -> None:
         if not self.config.tlog_file:
             raise InputError("parameter 'tlog_file' is empty; name the log to read, e.g. -p tlog_file:=flight.tlog")
-        recording = read_tlog(self.config.tlog_file)
-        undivided = self.config.split == 'manual'
-        found = demonstrations_of(
-            self._grid, recording, self.config.discretise_settings(), undivided=undivided,
-            policy_flights=self.config.policy_flights,
+        task = ReadTask(
+            self._grid, self.config.discretise_settings(), BagTopics(vehicle=self.config.vehicle),
+            undivided=self.config.split == 'manual', policy_flights=self.config.policy_flights,
         )
-        for note in (*recording.notes, *found.notes):
-            self.get_logger().warning(note)
+        found = demonstrations_in(self.config.tlog_file, task)
+        for note in found.remarks:
+            self.get_logger().info(note)
+        if found.failure:  # Said once more on /diagnostics as long as the node lives.
+            self._refuse(found.failure)
         self._recorder.adopt(found.demonstrations)
 
     # -- samples -----------------------------------------------------------------------------
@@ -136,17 +138,23 @@ class RecorderNode(Node):
             self._track.add(position)
         self._recorder.pose(convert.stamp_to_ns(message.header.stamp), position)
 
-    def _on_command(self, message: TwistStamped) -> None:
+    def _on_command(self, message: TwistStamped | Twist) -> None:
         self._commands += 1
         self._diagnostics.tick('cmd_vel')
-        if self._is_in_map('commands', message.header.frame_id):
+        if isinstance(message, Twist):
+            self._recorder.command(0, (message.linear.x, message.linear.y, message.linear.z))
+        elif not message.header.frame_id or self._is_in_map('commands', message.header.frame_id):
+            # An empty frame is as MAVROS has it: it counts as the map's.
             linear = message.twist.linear
             self._recorder.command(convert.stamp_to_ns(message.header.stamp), (linear.x, linear.y, linear.z))
 
     def _is_in_map(self, what: str, frame_id: str) -> bool:
-        if frame_id == MAP_FRAME:
+        if frame_id.lstrip('/') in (MAP_FRAME, self.config.frame.strip('/')):
             return True
-        self._refuse(f"{what} in frame '{frame_id}' are refused; send them in frame '{MAP_FRAME}' (ENU)")
+        remedy = f"send them in frame '{MAP_FRAME}' (ENU)"
+        if frame_id:
+            remedy += f", or set frame:={frame_id} if that frame's origin and axes are the grid's"
+        self._refuse(f"{what} in frame '{frame_id}' are refused; {remedy}")
         return False
 
     def _refuse(self, sentence: str) -> None:

@@ -11,6 +11,7 @@ import numpy as np
 
 from advise_ros.core.demonstrations.demonstration import Demonstration
 from advise_ros.core.demonstrations.discretise import DiscretiseSettings
+from advise_ros.core.demonstrations.flight_windows import flown_altitude_m
 from advise_ros.core.demonstrations.recorded_flights import demonstrations_of
 from advise_ros.core.demonstrations.samples import Recording
 from advise_ros.core.errors import InputError, LogError
@@ -21,6 +22,7 @@ from advise_ros.recording.sources import ProgressCallback, read_recording
 from advise_ros.recording.topics import DEFAULT_TOPICS, BagTopics
 
 REASONS_SHOWN = 2
+DEFAULT_SETTINGS = DiscretiseSettings()
 CLUSTER_TIMEOUT_S = 15.0
 
 
@@ -54,24 +56,33 @@ class RecordingResult(NamedTuple):
 def read_one(path: str, task: ReadTask, progress: ProgressCallback | None = None) -> RecordingResult:
     """The demonstrations of one recording; nothing that is wrong with it is raised."""
     try:
-        recording = read_recording(path, task.topics, progress, task.place)
-        found = demonstrations_of(
-            task.grid, recording, task.settings, undivided=task.undivided, policy_flights=task.policy_flights,
-        )
+        return demonstrations_in(path, task, progress)
     except LogError as problem:
         return RecordingResult(path, (), (), str(problem))
     except (MemoryError, OSError, ValueError, LookupError, TypeError) as problem:  # One recording must not end the others.
         return RecordingResult(path, (), (), f'{path} cannot be read ({type(problem).__name__}: {problem}); please report it')
+
+
+def demonstrations_in(path: str, task: ReadTask, progress: ProgressCallback | None = None) -> RecordingResult:
+    """The demonstrations of one recording, or why it has none.
+
+    Raises:
+        LogError: it can't be read.
+    """
+    recording = read_recording(path, task.topics, progress, task.place)
+    found = demonstrations_of(
+        task.grid, recording, task.settings, undivided=task.undivided, policy_flights=task.policy_flights,
+    )
     remarks = (recording.source, *(f'{path}: {note}' for note in (*recording.notes, *found.notes)))
     if found.demonstrations:
         return RecordingResult(path, found.demonstrations, remarks)
-    reason = '; '.join(found.notes[:REASONS_SHOWN]) or why_no_flight(task.grid, recording)
+    reason = '; '.join(found.notes[:REASONS_SHOWN]) or why_no_flight(task.grid, recording, task.settings)
     further = ''.join(f' ({note})' for note in recording.notes[:REASONS_SHOWN])
     return RecordingResult(path, (), (), f'{recording.source} gives no demonstration on this grid: {reason}{further}')
 
 
-def why_no_flight(grid: Grid, recording: Recording) -> str:
-    """Of a recording in which no flight was found."""
+def why_no_flight(grid: Grid, recording: Recording, settings: DiscretiseSettings = DEFAULT_SETTINGS) -> str:
+    """Of a recording in which there is no flight."""
     stamps_ns, positions_enu_m = recording.poses
     numbers = np.isfinite(positions_enu_m).all(axis=1)
     if not numbers.any():
@@ -79,6 +90,11 @@ def why_no_flight(grid: Grid, recording: Recording) -> str:
     if not (numbers & (stamps_ns != 0)).any():
         return 'none of its positions has a stamp; record them with header.stamp set'
     highest_m = positions_enu_m[numbers & (stamps_ns != 0), 2].max()
+    high = highest_m >= flown_altitude_m(grid, settings.altitude_tolerance_m)
+    if high and any(event.flies for event in recording.policy):
+        return 'a policy flew, and no pilot (--policy-flights takes its flights, too)'
+    if high and recording.events:
+        return f'positions reach {highest_m:.1f} m, but the state never says that the vehicle is in the air (--status-topic)'
     return f'no flight reaches {grid.altitude_m:g} m, the highest position is {highest_m:.1f} m'
 
 

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import math
 
+from advise_ros.core.demonstrations.known_states import SILENCE_NS, unknown
 from advise_ros.core.demonstrations.recorder import Recorder
 from advise_ros.core.demonstrations.samples import VehicleEvent
+from advise_ros.core.units import NS
 from advise_ros.mavlink.frames import enu_from_ned
 from advise_ros.mavlink.link import Link, Received
 from advise_ros.mavlink.messages import (
@@ -38,6 +40,7 @@ class MavlinkListener:
         self._order, self._stamper = BootOrder(), Stamper(simulated=simulated)
         self._known = VehicleEvent(0, False, None)
         self._asked_s = self._position_s = -math.inf
+        self._known_s: float | None = None
         self.vehicle: tuple[int, int] | None = None
         self.positions = 0
 
@@ -67,6 +70,7 @@ class MavlinkListener:
                 self._position(received, now_ns, steady_s)
             elif kind in (HEARTBEAT, EXTENDED_SYS_STATE):
                 self._state(message, now_ns)
+                self._known_s = steady_s
         elif self.vehicle is not None and kind == SET_POSITION_TARGET_LOCAL_NED:
             self._setpoint(message, now_ns)
 
@@ -74,6 +78,9 @@ class MavlinkListener:
         message = received.message
         if not self._order.is_news(message.time_boot_ms):
             return
+        if self._known_s is not None and steady_s - self._known_s > SILENCE_NS / NS:
+            self._known_s = None
+            self._recorder.vehicle(unknown(now_ns))
         stamp_ns = self._stamper.stamp_ns(message.time_boot_ms, received.at_s, now_ns, steady_s)
         if stamp_ns is not None:
             self.positions += 1

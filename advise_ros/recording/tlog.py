@@ -98,8 +98,9 @@ def read_tlog(
         raise LogError(f'{path} has {scan.frames} MAVLink frames, but {problem}') from None
     vehicles = vehicles_of(fixes)
     chosen = choose_vehicle(path, vehicles, vehicle)
-    notes = said + _notes(scan, chosen, [one.name for one in vehicles if one is not chosen])
-    return _recording(path, logged, chosen, place, notes)
+    others = [one.name for one in vehicles if one is not chosen]
+    source = f'{path} (positions of vehicle {chosen.name})' if others else str(path)
+    return _recording(source, logged, chosen, place, said + _notes(scan, chosen, others))
 
 
 # -- samples ---------------------------------------------------------------------------------------
@@ -128,9 +129,7 @@ def _fixes_of(columns: Columns, positions_ned_m: Floats) -> Fixes:
     return Fixes(columns.rows, columns.senders, columns.stamps_ns, boot_ms, positions_ned_m)
 
 
-def _recording(
-    path: str | Path, logged: Logged, vehicle: TelemetryVehicle, place: Place | None, notes: list[str],
-) -> Recording:
+def _recording(source: str, logged: Logged, vehicle: TelemetryVehicle, place: Place | None, notes: list[str]) -> Recording:
     """Of vehicles that share a system id only positions are known to be whose they are."""
     places, poses_ns = vehicle.fixes.rows, vehicle.fixes.stamps_ns
     setpoints = logged[SET_POSITION_TARGET_LOCAL_NED]
@@ -147,7 +146,7 @@ def _recording(
         poses=PoseSamples(poses_ns, enu_rows_from_ned(vehicle.fixes.positions_ned_m)),
         commands=CommandSamples(setpoints.stamps_ns[moving], velocities if place is None else place.turned(velocities)),
         events=events,
-        source=f'{path} (positions of vehicle {vehicle.name})',
+        source=source,
         notes=tuple(notes),
         arrivals=Arrivals(np.searchsorted(places, setpoints.rows[moving]), changed, NONE),
     )

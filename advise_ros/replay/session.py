@@ -264,6 +264,7 @@ def _samples(bag: Bag, where: str, recorder: Mapping[str, Any]) -> Recording:
         return Recording(PoseSamples(np.empty(0, dtype=np.int64), np.empty((0, 3))))
     names = BagTopics(
         (pose,), f'{where}/cmd_vel', f'{where}/vehicle_status', f'{where}/policy/status', as_stamped=True,
+        frame=str(recorder.get('frame', '')),
     )
     return read_bag(bag.path, names)
 

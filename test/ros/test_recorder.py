@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import yaml
 from diagnostic_msgs.msg import DiagnosticArray
-from geometry_msgs.msg import PoseStamped, TwistStamped
+from geometry_msgs.msg import PoseStamped, Twist, TwistStamped
 from nav_msgs.msg import Odometry
 from std_srvs.srv import Trigger
 
@@ -67,9 +67,10 @@ def until_heard(graph: Graph, send: Callable[[int], None]) -> None:
 class Vehicle:
     """Publishes samples as a bridge and a pilot do."""
 
-    def __init__(self, graph: Graph, prefix: str = '', *, states: bool = True) -> None:
+    def __init__(self, graph: Graph, prefix: str = '', *, states: bool = True, command_type: type = TwistStamped) -> None:
         self._poses = graph.publisher(prefix + 'pose', PoseStamped, qos.SENSOR_DEEP)
-        self._commands = graph.publisher(prefix + 'cmd_vel', TwistStamped, qos.COMMAND_DEEP)
+        self._commands = graph.publisher(prefix + 'cmd_vel', command_type, qos.COMMAND_DEEP)
+        self._command_type = command_type
         self._states = graph.publisher(prefix + 'vehicle_status', VehicleStatus, qos.latched(50)) if states else None
         until_heard(graph, lambda stamp_ns: self.pose(stamp_ns, ON_THE_GROUND_ENU_M))
 
@@ -92,9 +93,11 @@ class Vehicle:
         time.sleep(PACE_S)
 
     def command(self, stamp_ns: int, velocity: np.ndarray, frame_id: str = 'map') -> None:
-        message = TwistStamped()
-        message.header.stamp, message.header.frame_id = convert.stamp_from_ns(stamp_ns), frame_id
-        message.twist.linear.x, message.twist.linear.y, message.twist.linear.z = map(float, velocity)
+        message = self._command_type()
+        if isinstance(message, TwistStamped):
+            message.header.stamp, message.header.frame_id = convert.stamp_from_ns(stamp_ns), frame_id
+        linear = message.twist.linear if isinstance(message, TwistStamped) else message.linear
+        linear.x, linear.y, linear.z = map(float, velocity)
         self._commands.publish(message)
 
     def state(self, stamp_ns: int, state: list[bool], _: str = '') -> None:
@@ -295,6 +298,26 @@ def test_a_log_is_published_and_latched(graph: Graph) -> None:
     found = demonstration(graph, 'flight-001')
     assert len(found.states) == 22 and found.end_reason == EndReason.FINAL_WAYPOINT and found.source == str(log)
     assert 'published already' in graph.call(Trigger, 'recorder/start').message
+
+
+def test_a_log_without_a_flight_on_this_grid_says_why(graph: Graph, grid_file: str) -> None:
+    high = Path(grid_file).with_name('high.yaml')
+    high.write_text(Path(grid_file).read_text().replace('altitude: 5.0', 'altitude: 50.0'))
+    log = BAGS / 'arducopter_flight1.tlog'
+    graph.start('recorder', params={'grid_file': str(high), 'source': 'tlog', 'tlog_file': str(log)})
+    said = 'gives no demonstration on this grid: no flight reaches 50 m, the highest position is'
+    graph.wait_for(
+        '/diagnostics', DiagnosticArray, lambda array: any(said in status.message for status in array.status),
+    )
+
+
+def test_plain_twists_and_positions_in_a_frame_of_another_name_are_taken(graph: Graph, grid_file: str) -> None:
+    graph.start('recorder', params={'grid_file': grid_file, 'command_type': 'Twist', 'frame': 'odom'})
+    vehicle, flown = Vehicle(graph, command_type=Twist), flight(GRID, round_trip())
+    vehicle.fly(flown, frame_id='/odom')
+    found = demonstration(graph, 'flight-001')
+    assert len(found.states) == len(round_trip()) - 1
+    assert not any('no commands' in note for note in found.audit.notes)
 
 
 def test_a_live_link_is_listened_to(graph: Graph, grid_file: str, free_udp_port: int) -> None:

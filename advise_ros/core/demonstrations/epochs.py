@@ -38,7 +38,8 @@ def divide(recording: Recording) -> Epochs:
     """Split at backward steps of the positions' clock, before anything else looks at stamps.
 
     Strays among the positions get the stamp STRAY_NS. Commands and events go to the epoch in which they arrived, or to
-    the next one where their stamps are behind already.
+    the next one where their stamps are behind already. Commands without a stamp, or far from the positions' clock, count from
+    when they arrived.
     """
     timeline = Timeline()
     pieces = timeline.take(recording.poses.stamps_ns) + timeline.finish()
@@ -47,6 +48,7 @@ def divide(recording: Recording) -> Epochs:
     if arrivals is not None:
         recording = recording._replace(
             events=where.holding(recording.events, arrivals.events), policy=where.holding(recording.policy, arrivals.policy),
+            commands=recording.commands._replace(stamps_ns=where.counting(recording.commands.stamps_ns, arrivals.commands)),
         )
     if timeline.epoch == 0 and all(piece.sound for piece in pieces):
         return Epochs((recording._replace(events=in_order(recording.events), policy=in_order(recording.policy)),), ())
@@ -100,6 +102,16 @@ def holds_from_ns(stamp_ns: int, newest_ns: int) -> int:
     return newest_ns if newest_ns and (stamp_ns <= 0 or stamp_ns > newest_ns + EVENT_AHEAD_NS) else stamp_ns
 
 
+def counts_from_ns(stamp_ns: int, newest_ns: int) -> int:
+    """From which stamp on a command counts; one of another clock, or without a stamp, counts from when it arrived.
+
+    Args:
+        stamp_ns: its own; 0 where it has none.
+        newest_ns: newest stamp of the positions that had arrived before it.
+    """
+    return newest_ns if newest_ns and (stamp_ns <= 0 or abs(stamp_ns - newest_ns) > EVENT_AHEAD_NS) else stamp_ns
+
+
 def in_order(events: Sequence[EventT]) -> tuple[EventT, ...]:
     """None holds before those that arrived before it."""
     ordered, not_before_ns = [], 0
@@ -146,6 +158,12 @@ class _Where:
         return tuple(
             one._replace(stamp_ns=holds_from_ns(one.stamp_ns, newest_ns)) for one, newest_ns in zip(events, newest, strict=True)
         )
+
+    def counting(self, stamps_ns: Stamps, arrived: Stamps) -> Stamps:
+        """As counts_from_ns for each command."""
+        newest = self._known_newest[arrived]
+        apart = (stamps_ns <= 0) | (np.abs(stamps_ns - newest) > EVENT_AHEAD_NS)
+        return np.where((newest > 0) & apart, newest, stamps_ns)
 
     def rows(self, epoch: int) -> slice:
         return slice(self._begins[epoch], self._begins[epoch + 1])

@@ -7,7 +7,7 @@ from bisect import insort
 import numpy as np
 import numpy.typing as npt
 
-from advise_ros.core.demonstrations.epochs import holds_from_ns, place
+from advise_ros.core.demonstrations.epochs import counts_from_ns, holds_from_ns, place
 from advise_ros.core.demonstrations.flight_windows import KINDS, Event, order
 from advise_ros.core.demonstrations.samples import (
     NEVER_NS,
@@ -87,9 +87,10 @@ class LiveSamples:
         """A commanded velocity.
 
         Args:
-            stamp_ns: of its header.
+            stamp_ns: of its header, 0 where it has none.
             velocity_enu_m_s: (east, north, up).
         """
+        stamp_ns = counts_from_ns(stamp_ns, self.newest_ns)
         if place(stamp_ns, self.newest_ns):
             self._next_commands.append((stamp_ns, velocity_enu_m_s))
             return

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from advise_ros.commands.discretise import run
-from advise_ros.core.demonstrations.samples import CommandSamples, PoseSamples, Recording
+from advise_ros.core.demonstrations.samples import CommandSamples, PolicyEvent, PoseSamples, Recording, VehicleEvent
 from advise_ros.recording.batch import why_no_flight
 from advise_ros.recording.demofile import load_demonstrations
 from advise_ros.recording.gridfile import load_grid
@@ -68,6 +68,15 @@ def test_why_there_is_no_flight_is_told_truly(stamp_ns: int, x_m: float, expecte
     poses = PoseSamples(np.full(3, stamp_ns), np.array([[x_m, 0.0, 5.0]] * 3))
     commands = CommandSamples(np.zeros(0, dtype=np.int64), np.zeros((0, 3)))
     assert expected in why_no_flight(load_grid(GRID), Recording(poses, commands))
+
+
+def test_a_state_that_denies_the_flight_is_named_as_the_reason() -> None:
+    poses = PoseSamples(np.arange(1, 4), np.array([[0.0, 0.0, height_m] for height_m in (0.0, 3.0, 5.0)]))
+    on_the_ground = Recording(poses, events=(VehicleEvent(1, armed=False, in_air=False),))
+    said = 'positions reach 5.0 m, but the state never says that the vehicle is in the air (--status-topic)'
+    assert why_no_flight(load_grid(GRID), on_the_ground) == said
+    by_policy = Recording(poses, policy=(PolicyEvent(1, flies=True),))
+    assert '--policy-flights' in why_no_flight(load_grid(GRID), by_policy)
 
 
 def test_nothing_is_written_when_nothing_was_found(tmp_path: Path) -> None:

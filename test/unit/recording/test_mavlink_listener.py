@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import pytest
 
+from advise_ros.core.demonstrations.known_states import unknown
 from advise_ros.core.demonstrations.samples import VehicleEvent
 from advise_ros.mavlink.link import Received
 from advise_ros.mavlink.messages import Message, dialect
@@ -76,3 +77,17 @@ def test_the_vehicle_is_the_multicopter_whatever_else_names_an_autopilot(other: 
     assert listener.vehicle == (SYSTEM, 1)
     assert [position_m for _, position_m in taken.poses] == [(2.0, 1.0, 3.0)]
     assert {message.target_component for message in link.sent} == {1}
+
+
+def test_a_state_that_is_not_repeated_is_not_known_any_more() -> None:
+    """As in a recording: the altitude decides from then on."""
+    taken, link = Taken([], []), MockLink(COPTER)
+    listener = MavlinkListener(link, taken, simulated=True)  # type: ignore[arg-type]
+    listener.poll(1_000_000_000, 0.0)
+    for second in range(1, 9):
+        message = of(1, dialect.MAVLink_local_position_ned_message(1000 * second, 1.0, 2.0, -3.0, 0.0, 0.0, 0.0))
+        link.arrived = [Received(message, float(second), None)]
+        listener.poll((1 + second) * 1_000_000_000, float(second))
+    known, silent = taken.events
+    assert known.in_air is None and not known.armed
+    assert silent == unknown(7_000_000_000) and silent.armed and silent.in_air is None

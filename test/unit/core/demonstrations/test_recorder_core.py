@@ -8,7 +8,7 @@ from advise_ros.core.demonstrations.discretise import DiscretiseSettings, discre
 from advise_ros.core.demonstrations.live_samples import KEEP
 from advise_ros.core.demonstrations.recorded_flights import demonstrations_of
 from advise_ros.core.demonstrations.recorder import SETTLE_S, Recorder, RecorderPhase
-from advise_ros.core.demonstrations.samples import Recording, VehicleEvent
+from advise_ros.core.demonstrations.samples import Arrivals, Recording, VehicleEvent
 from advise_ros.core.grid.grid import Action
 from advise_ros.core.units import NS
 from support.flown import GRID, PERIOD_NS, START_NS, flight, joined, round_trip
@@ -46,6 +46,35 @@ def test_late_arrival_changes_nothing(delays_s: tuple[float, float, float]) -> N
     expected = demonstrations_of(GRID, BOTH, SETTINGS).demonstrations
     delays_ns = tuple(int(delay * NS) for delay in delays_s)
     assert tuple(play(recorder(), BOTH, delays_ns)) == expected  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize('stamps', ['none', 'ahead', 'behind'])
+def test_commands_of_another_clock_count_from_when_they_arrive(stamps: str) -> None:
+    """Live and from a recording that knows the order of arrival."""
+    own_ns = BOTH.commands.stamps_ns
+    commands_ns = {'none': 0 * own_ns, 'ahead': own_ns + 10**18, 'behind': own_ns - 900 * NS}[stamps]
+    arrived = np.searchsorted(BOTH.poses.stamps_ns, BOTH.commands.stamps_ns, side='right')
+    states = np.searchsorted(BOTH.poses.stamps_ns, [event.stamp_ns for event in BOTH.events])
+    recording = BOTH._replace(
+        commands=BOTH.commands._replace(stamps_ns=commands_ns), arrivals=Arrivals(arrived, states, np.empty(0, dtype=np.int64)),
+    )
+    expected = demonstrations_of(GRID, recording, SETTINGS).demonstrations
+    into, found = recorder(), []
+    for index, (stamp_ns, position) in enumerate(zip(*BOTH.poses, strict=True)):
+        for event, at in zip(BOTH.events, states, strict=True):
+            if at == index:
+                into.vehicle(event)
+        into.pose(int(stamp_ns), tuple(position.tolist()))
+        into.command(int(commands_ns[index]), tuple(BOTH.commands.velocities_enu_m_s[index].tolist()))
+        found += [output.demonstration for output in into.take(stamp_ns / NS) if output.demonstration]
+    for event in BOTH.events[sum(states < len(BOTH.poses.stamps_ns)) :]:
+        into.vehicle(event)
+    for wait_s in (1, 2, 3):
+        found += [output.demonstration for output in into.take(stamp_ns / NS + wait_s) if output.demonstration]
+    assert tuple(found) == expected and len(expected) == 2
+    as_stamped = demonstrations_of(GRID, BOTH, SETTINGS).demonstrations
+    assert [one.actions for one in expected] == [one.actions for one in as_stamped]
+    assert [one.audit.ambiguous_actions for one in expected] == [one.audit.ambiguous_actions for one in as_stamped]
 
 
 def test_each_demonstration_is_discretise_of_its_own_window() -> None:
