@@ -15,7 +15,7 @@ from advise_ros.core.demonstrations.samples import PoseSamples, Recording
 from advise_ros.core.errors import InputError, LogError
 from advise_ros.core.grid.grid import Grid
 from advise_ros.core.site.prior import SitePrior
-from advise_ros.core.units import NS
+from advise_ros.core.units import MAP_FRAME, NS
 from advise_ros.recording import platform
 from advise_ros.recording.bags import read_bag
 from advise_ros.recording.codec import Codec
@@ -262,9 +262,10 @@ def _samples(bag: Bag, where: str, recorder: Mapping[str, Any]) -> Recording:
     pose = f'{where}/{recorder.get("pose_source", "pose")}'
     if pose not in bag.topics:
         return Recording(PoseSamples(np.empty(0, dtype=np.int64), np.empty((0, 3))))
+    frame = str(recorder.get('frame', MAP_FRAME))
     names = BagTopics(
         (pose,), f'{where}/cmd_vel', f'{where}/vehicle_status', f'{where}/policy/status', as_stamped=True,
-        frame=str(recorder.get('frame', '')),
+        frame='' if frame == MAP_FRAME else frame,
     )
     return read_bag(bag.path, names)
 
