@@ -22,6 +22,7 @@ from advise_ros.core.units import MAP_FRAME
 from advise_ros.mavlink.link import Link
 from advise_ros.nodes.route_grid import grid_of
 from advise_ros.recording.batch import ReadTask, demonstrations_in
+from advise_ros.recording.gridfile import load_place
 from advise_ros.recording.mavlink_listener import COMPONENT_ID, MavlinkListener
 from advise_ros.recording.topics import BagTopics
 from advise_ros.ros import convert, diagnostics, parameters, qos, run
@@ -113,6 +114,7 @@ class RecorderNode(Node):
         task = ReadTask(
             self._grid, self.config.discretise_settings(), BagTopics(vehicle=self.config.vehicle),
             undivided=self.config.split == 'manual', policy_flights=self.config.policy_flights,
+            place=load_place(self.config.grid_file),
         )
         found = demonstrations_in(self.config.tlog_file, task)
         for note in found.remarks:
