@@ -72,7 +72,7 @@ class Patience:
     at `lead_s` after the newest setpoint, but never longer than `LONGEST_WAIT_NS` for the same one.
     """
 
-    LONGEST_WAIT_NS = NS // 10
+    LONGEST_WAIT_NS = 3 * NS // 10
 
     def __init__(self, lead_s: float) -> None:
         self._lead_s = lead_s
