@@ -263,6 +263,7 @@ class SimulatorConfig:
     gust_m_s: float = parameter(0.0, 'standard deviation of gusts', low=0.0, high=20.0)
     max_speed_m_s: float = parameter(10.0, 'fastest horizontal flight; drag and tilt end it near 11', low=0.1, high=50.0)
     acceleration_m_s2: float = parameter(3.0, 'how fast the autopilot changes velocity', low=0.1, high=30.0)
+    jerk_m_s3: float = parameter(5.0, "how fast the autopilot changes its acceleration (ArduPilot's PSC_JERK_XY)", low=0.5, high=100.0)
     battery_s: float = parameter(1200.0, 'flight time of a full battery', low=10.0, high=100_000.0)
     setpoint_lead_s: float = parameter(
         0.0, 'simulated time waits (0.3 s at most) when it is this far ahead of the newest setpoint in motion; 0: never',

@@ -37,7 +37,7 @@ class ControlLimits:
 
     speed_m_s: float = SimulatorConfig.max_speed_m_s
     acceleration_m_s2: float = SimulatorConfig.acceleration_m_s2
-    jerk_m_s3: float = 5.0
+    jerk_m_s3: float = SimulatorConfig.jerk_m_s3
     climb_m_s: float = 2.5
     descent_m_s: float = 1.5
     climb_acceleration_m_s2: float = 2.5

@@ -64,7 +64,9 @@ class SimulatedVehicle:
         self.fence = Geofence()
         self.step_ns = round(config.step_s * NS)
         self._quadcopter = Quadcopter(
-            limits=ControlLimits(speed_m_s=config.max_speed_m_s, acceleration_m_s2=config.acceleration_m_s2),
+            limits=ControlLimits(
+                speed_m_s=config.max_speed_m_s, acceleration_m_s2=config.acceleration_m_s2, jerk_m_s3=config.jerk_m_s3,
+            ),
             wind=Wind((config.wind_east_m_s, config.wind_north_m_s), config.gust_m_s),
             step_s=config.step_s,
         )
