@@ -253,7 +253,7 @@ class SimulatorConfig:
     second_endpoint: str = parameter('', 'another link with its own message rates, for a ground station or a second companion')
     speedup: float = parameter(1.0, 'simulated seconds a second; 0: as fast as it goes', low=0.0, high=1000.0)
     publish_clock: bool = parameter(True, 'publish /clock')
-    clock_rate_hz: float = parameter(50.0, 'most /clock messages a second (steady time); each wakes every node', low=1.0, high=1000.0)
+    clock_rate_hz: float = parameter(50.0, 'most /clock messages a second (steady time); each wakes nodes', low=1.0, high=1000.0)
     ready_after_s: float = parameter(42.0, 'simulated time until it may be armed', low=0.0, high=600.0)
     step_s: float = parameter(0.025, 'physics step', low=0.001, high=0.05)
     start_east_m: float = parameter(0.0, 'start position, east', low=-1e5, high=1e5)
@@ -263,7 +263,7 @@ class SimulatorConfig:
     gust_m_s: float = parameter(0.0, 'standard deviation of gusts', low=0.0, high=20.0)
     max_speed_m_s: float = parameter(10.0, 'fastest horizontal flight; drag and tilt end it near 11', low=0.1, high=50.0)
     acceleration_m_s2: float = parameter(3.0, 'how fast the autopilot changes velocity', low=0.1, high=30.0)
-    jerk_m_s3: float = parameter(5.0, "how fast the autopilot changes its acceleration (ArduPilot's PSC_JERK_XY)", low=0.5, high=100.0)
+    jerk_m_s3: float = parameter(5.0, 'how fast the autopilot changes its acceleration', low=0.5, high=100.0)
     battery_s: float = parameter(1200.0, 'flight time of a full battery', low=10.0, high=100_000.0)
     setpoint_lead_s: float = parameter(
         0.0, 'simulated time waits (0.3 s at most) when it is this far ahead of the newest setpoint in motion; 0: never',
