@@ -252,6 +252,9 @@ class SimulatorConfig:
     endpoint: str = parameter('udpout:127.0.0.1:14550', 'udpout:host:port, udpin:host:port or tcpin:host:port')
     second_endpoint: str = parameter('', 'another link with its own message rates, for a ground station or a second companion')
     speedup: float = parameter(1.0, 'simulated seconds a second; 0: as fast as it goes', low=0.0, high=1000.0)
+    parked_speedup: float = parameter(
+        0.0, 'the same while it stands disarmed and ready to arm; 0: as speedup', low=0.0, high=1000.0,
+    )
     publish_clock: bool = parameter(True, 'publish /clock')
     clock_rate_hz: float = parameter(50.0, 'most /clock messages a second (steady time); each wakes nodes', low=1.0, high=1000.0)
     ready_after_s: float = parameter(42.0, 'simulated time until it may be armed', low=0.0, high=600.0)

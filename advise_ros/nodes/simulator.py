@@ -76,6 +76,7 @@ class SimulatorNode(Node):
         """Answer what has arrived and do the ticks that are due, reading before each."""
         started_ns = time.monotonic_ns()
         self._answer()
+        self._pacer.run_at(self._speedup, started_ns)
         while self._pacer.due(now_ns := time.monotonic_ns()) > 0 and now_ns - started_ns < LONGEST_TURN_NS:
             self._answer()
             vehicle = self._autopilot.vehicle
@@ -87,6 +88,12 @@ class SimulatorNode(Node):
             self._publish_clock(now_ns)
             for link, due in zip(self._links, messages, strict=True):
                 link.send(due)
+
+    @property
+    def _speedup(self) -> float:
+        vehicle = self._autopilot.vehicle
+        parked = vehicle.ready and not vehicle.armed
+        return self.config.parked_speedup or self.config.speedup if parked else self.config.speedup
 
     def _answer(self) -> None:
         for number, link in enumerate(self._links):

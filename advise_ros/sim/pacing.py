@@ -43,6 +43,17 @@ class Pacer:
             return 1
         return max(0, debt)  # The one tick after a debt was given up is ahead of its time.
 
+    def run_at(self, speedup: float, steady_ns: int) -> None:
+        """Go on at another speed, from now.
+
+        Args:
+            speedup: simulated seconds a second.
+            steady_ns: steady time.
+        """
+        if speedup != self.speedup:
+            self.speedup, self.falls_behind, self._window = speedup, False, None
+            self.forgive(steady_ns)
+
     def forgive(self, steady_ns: int) -> None:
         """Drop the ticks that are due: time stood still on purpose and does not catch up.
 

@@ -49,3 +49,14 @@ def test_a_speedup_of_zero_always_has_one_more_tick():
     pacer = Pacer(0.0, STEP_NS)
     assert run(pacer, [i * MS for i in range(500)]) == 500
     assert not pacer.falls_behind
+
+
+def test_another_speed_counts_from_when_it_is_set() -> None:
+    pacer = Pacer(10.0, 10 * MS)
+    assert pacer.due(0) == 0
+    assert pacer.due(100 * MS) == 100
+    pacer.did(100)
+    pacer.run_at(2.0, 100 * MS)
+    assert pacer.due(200 * MS) == 20
+    pacer.run_at(2.0, 150 * MS)
+    assert pacer.due(200 * MS) == 20, 'the same speed changes nothing'
