@@ -36,37 +36,46 @@ class Columns:
 
     def __init__(self, kind: int) -> None:
         self.kind, self._fields = kind, FIELDS[kind]
-        self._waiting: list[tuple[int, int, int, int]] = []
-        self._values: list[tuple[Any, ...]] = []
-        self._heads, self._growing = Growing(np.int64, 4), Growing(np.float64, len(self._fields))
+        self._waiting: list[tuple[Any, ...]] = []
+        self._rows, self._stamps_ns, self._senders = Growing(np.int64), Growing(np.int64), Growing(np.uint8, 2)
+        self._values = Growing(np.float64, len(self._fields))
 
     def take(self, row: int, stamp_ns: int, message: Message) -> None:
         """Add a message."""
-        self._waiting.append((row, stamp_ns, message.get_srcSystem(), message.get_srcComponent()))
-        self._values.append(tuple(getattr(message, name) for name in self._fields))
+        values = [getattr(message, name) for name in self._fields]
+        self._waiting.append((row, stamp_ns, message.get_srcSystem(), message.get_srcComponent(), values))
         if len(self._waiting) == BATCH:
             self._flush()
 
     def _flush(self) -> None:
-        self._heads.add(np.array(self._waiting, dtype=np.int64).reshape(-1, 4))
-        self._growing.add(np.array(self._values, dtype=np.float64).reshape(-1, len(self._fields)))
-        self._waiting, self._values = [], []
+        waiting, self._waiting = self._waiting, []
+        self._rows.add(np.array([one[0] for one in waiting], dtype=np.int64))
+        self._stamps_ns.add(np.array([one[1] for one in waiting], dtype=np.int64))
+        self._senders.add(np.array([one[2:4] for one in waiting], dtype=np.uint8).reshape(-1, 2))
+        self._values.add(np.array([one[4] for one in waiting], dtype=np.float64).reshape(-1, len(self._fields)))
 
     def finish(self) -> Columns:
         """Take no more."""
         self._flush()
-        heads = self._heads.whole()
-        self.rows, self.stamps_ns, self.senders = heads[:, 0].copy(), heads[:, 1].copy(), heads[:, 2:].copy()
-        self.values: npt.NDArray[np.float64] = self._growing.whole()
+        self.rows, self.stamps_ns, self.senders = self._rows.whole(), self._stamps_ns.whole(), self._senders.whole()
+        self.values: npt.NDArray[np.float64] = self._values.whole()
         return self
 
 
-def columns_of(frames: Iterable[Frame]) -> dict[int, Columns]:
-    """The wanted messages by their kinds."""
+def columns_of(frames: Iterable[Frame], *, on_earth: bool) -> dict[int, Columns]:
+    """The wanted messages by their kinds.
+
+    Args:
+        frames: of a log.
+        on_earth: places on the earth are wanted; else the first one is enough to know that there are some.
+    """
     columns = {kind: Columns(kind) for kind in FIELDS}
-    row = 0
+    row, first = 0, True
     for stamp_ns, _, message in frames:
         if message is not None:
-            columns[message.get_msgId()].take(row, stamp_ns, message)
+            one = columns[message.get_msgId()]
+            if on_earth or one is not columns[GLOBAL_POSITION_INT] or first:
+                one.take(row, stamp_ns, message)
+                first = first and one is not columns[GLOBAL_POSITION_INT]
             row += 1
     return {kind: one.finish() for kind, one in columns.items()}

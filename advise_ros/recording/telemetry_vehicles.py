@@ -45,7 +45,9 @@ class Fixes(NamedTuple):
     positions_ned_m: npt.NDArray[np.float64]
 
     def at(self, which: Integers | npt.NDArray[np.bool_]) -> Fixes:
-        """Some of them."""
+        """Some of them, in their order."""
+        if len(self.rows) == (int(which.sum()) if which.dtype == np.bool_ else len(which)):
+            return self  # All of them: a long log has many.
         rows, senders, stamps_ns, time_boot_ms, positions_ned_m = (one[which] for one in self)
         return Fixes(rows, senders, stamps_ns, time_boot_ms, positions_ned_m)  # type: ignore[arg-type]
 

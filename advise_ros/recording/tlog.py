@@ -86,7 +86,7 @@ def read_tlog(
         LogError: the file can't be read, is empty, no MAVLink log, or has no positions of that vehicle.
     """
     scan = Scan()
-    logged = columns_of(frames_of_file(Path(path), scan, progress))
+    logged = columns_of(frames_of_file(Path(path), scan, progress), on_earth=place is not None)
     if not scan.frames:
         raise LogError(
             f'{path} is not a MAVLink telemetry log: no frame in {Path(path).stat().st_size} bytes; '
@@ -126,7 +126,7 @@ def _fixes(logged: Logged, place: Place | None) -> tuple[Fixes, list[str]]:
 
 def _fixes_of(columns: Columns, positions_ned_m: Floats) -> Fixes:
     boot_ms = columns.values[:, 0].astype(np.int64)
-    return Fixes(columns.rows, columns.senders, columns.stamps_ns, boot_ms, positions_ned_m)
+    return Fixes(columns.rows, columns.senders.astype(np.int64), columns.stamps_ns, boot_ms, positions_ned_m)
 
 
 def _recording(source: str, logged: Logged, vehicle: TelemetryVehicle, place: Place | None, notes: list[str]) -> Recording:
@@ -160,9 +160,10 @@ def _state_messages(logged: Logged, vehicle: TelemetryVehicle) -> list[StateMess
         mine = np.flatnonzero((columns.senders == vehicle.sender).all(axis=1))
         rows = zip(columns.rows[mine].tolist(), columns.stamps_ns[mine].tolist(), columns.values[mine].tolist(), strict=True)
         of_kind = [StateMessage(row, stamp_ns, kind, *map(int, values)) for row, stamp_ns, values in rows]
-        said = [(one.stamp_ns, one[2:]) for one in of_kind]
-        news = without_echoes(said, round(vehicle.lag_s * NS)) if vehicle.repeated else range(len(of_kind))
-        found += [of_kind[index] for index in news]
+        if vehicle.repeated:
+            said = [(one.stamp_ns, one[2:]) for one in of_kind]
+            of_kind = [of_kind[index] for index in without_echoes(said, round(vehicle.lag_s * NS))]
+        found += of_kind
     return sorted(found)
 
 
