@@ -6,7 +6,7 @@ Messages: https://docs.px4.io/main/en/msg_docs/. Format: https://docs.px4.io/mai
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from io import FileIO
+from io import BufferedReader, FileIO
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +26,9 @@ POSITION, STATUS, LANDED, SETPOINT = (
 # The velocity in a setpoint, in today's logs and in those before PX4 1.14.
 VELOCITIES = (('velocity[0]', 'velocity[1]', 'velocity[2]'), ('vx', 'vy', 'vz'))
 
+# pyulog reads a few bytes at a time.
+BUFFER = 1024 * 1024
+
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
 # Field -> (n,) values of a topic.
@@ -40,13 +43,13 @@ class _Watched(FileIO):
         super().__init__(path)
         self._progress, self._size, self._said = progress, path.stat().st_size, 0
 
-    def read(self, size: int | None = -1, /) -> bytes:
-        data = super().read(size)
+    def readinto(self, buffer: Any, /) -> int | None:
+        count = super().readinto(buffer)
         at = self.tell()
         if self._progress is not None and at - self._said > self._size // 100:
             self._said = at
             self._progress(at, self._size)
-        return data or b''
+        return count
 
 
 def read_ulog(path: str | Path, place: Place | None = None, progress: ProgressCallback | None = None) -> Recording:
@@ -66,7 +69,7 @@ def read_ulog(path: str | Path, place: Place | None = None, progress: ProgressCa
     from pyulog import ULog  # noqa: PLC0415  few need it
 
     try:
-        with _Watched(Path(path), progress) as file:
+        with BufferedReader(_Watched(Path(path), progress), BUFFER) as file:
             log: Any = ULog(file, [POSITION, STATUS, LANDED, SETPOINT], disable_str_exceptions=True)
     except OSError as problem:
         raise LogError(f'{path} cannot be read ({problem.strerror}); name another recording') from None
