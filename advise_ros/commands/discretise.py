@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 import sys
 from collections.abc import Sequence
 from dataclasses import Field, fields, replace
@@ -34,6 +35,7 @@ from advise_ros.recording.topics import DEFAULT_TOPICS, BagTopics
 TABLE_COLUMNS = 120  # Where the terminal does not say its width.
 WAYPOINTS_SHOWN = 6
 ROWS_SHOWN = 100
+PLACE_NUMBERS = 4
 
 EXAMPLES = """examples:
   ./advise discretise bags/arducopter_flight1.tlog --grid config/grid_6x6.yaml --out demos.json
@@ -132,6 +134,10 @@ def _parser() -> argparse.ArgumentParser:
     topics.add_argument(
         '--frame', default='', metavar='NAME', help="frame of the positions whose origin and axes are the grid's (default: map)",
     )
+    topics.add_argument(
+        '--frame-at', type=_place, default=(), metavar='EAST,NORTH,UP,YAW',
+        help='where that frame lies on the grid, in metres and degrees counter-clockwise, as --frame-at=-2,1.5,0,90',
+    )
     settings = parser.add_argument_group('settings (as the parameters of the recorder)')
     for name, spec in _setting_specs().items():
         settings.add_argument(
@@ -145,6 +151,16 @@ def _jobs(text: str) -> int:
     if not text.isdecimal():
         raise argparse.ArgumentTypeError(f'{text!r} is not a number of processes')
     return int(text)
+
+
+def _place(text: str) -> tuple[float, ...]:
+    try:
+        numbers = tuple(float(part) for part in text.split(','))
+    except ValueError:
+        numbers = ()
+    if len(numbers) != PLACE_NUMBERS or not all(map(math.isfinite, numbers)):
+        raise argparse.ArgumentTypeError(f'{text!r} is not four numbers with commas, as 1.5,-2,0,90')
+    return numbers
 
 
 def _setting_specs() -> dict[str, Field[Any]]:
@@ -161,7 +177,9 @@ def _topics(options: argparse.Namespace) -> BagTopics:
     asked = {'command': options.command_topic, 'status': options.status_topic}
     named = {kind: name for kind, name in asked.items() if name}
     pose = (options.pose_topic,) if options.pose_topic else ()
-    return DEFAULT_TOPICS._replace(pose=pose, required=tuple(named), vehicle=options.vehicle, frame=options.frame, **named)
+    return DEFAULT_TOPICS._replace(
+        pose=pose, required=tuple(named), vehicle=options.vehicle, frame=options.frame, frame_at=options.frame_at, **named,
+    )
 
 
 # -- work ------------------------------------------------------------------------------------------

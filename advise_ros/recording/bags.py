@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable
+from functools import cached_property
 from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -26,7 +27,7 @@ from advise_ros.core.units import MAP_FRAME, NS
 from advise_ros.recording import px4
 from advise_ros.recording.blocks import Block, Channel, Integers
 from advise_ros.recording.codec import Codec
-from advise_ros.recording.columns import STRINGS, Frames, Growing, read, why_unlike
+from advise_ros.recording.columns import STRINGS, Column, Frames, Growing, read, why_unlike
 from advise_ros.recording.definitions import known_definition
 from advise_ros.recording.states import ADVISE, EVENT_OF, PX4, stamp_ns, status_names
 from advise_ros.recording.storage import open_source
@@ -36,8 +37,11 @@ from advise_ros.recording.topics import (
     COMMAND_TYPES,
     COMMANDS,
     DEFAULT_TOPICS,
+    FRAME_TYPE,
     POLICY_TYPE,
     POSE_TYPES,
+    VEHICLE_FRAMES,
+    WISHES,
     BagTopics,
     ChosenTopics,
     Held,
@@ -45,6 +49,7 @@ from advise_ros.recording.topics import (
     full_name,
     is_named,
 )
+from advise_ros.recording.transforms import TF_TYPE, Edge, Moved, Placed, edges_of, parse_transforms, placed_in, stated
 
 POLICY_FLIES = (1, 2)  # FlightStatus.TO_START, FLYING
 
@@ -123,10 +128,14 @@ class _Stretch:
         if self.undefined and self._px4 is None:
             self._px4 = px4.known_layout(self.type_name, int(block.ends[rows[0]] - block.starts[rows[0]]))
         column = px4.read(block, rows, self._px4, self.frames) if self._px4 else read(block, rows, self.strings, self.frames)
+        self.add(column._replace(rows=first + column.rows))
+
+    def add(self, column: Column) -> None:
+        """Vectors; their `rows` are their messages' numbers in the bag."""
         self._stamps_ns.add(column.stamps_ns)
         self._vectors.add(column.vectors)
         self._log_ns.add(column.log_ns)
-        self._places.add(first + column.rows)
+        self._places.add(column.rows)
         self._frames.add(column.frames)
         self.unfit += column.unfit
         heights_m = column.vectors[np.isfinite(column.vectors[:, 2]), 2]
@@ -147,23 +156,18 @@ class _Stretch:
         parts = sorted((int(log_ns[a:b].min()), int(log_ns[a:b].max())) for a, b in pairwise(cuts) if b - a > STRAYS)
         return any(after[0] < before[1] for before, after in pairwise(parts))
 
-    def vectors(self, accepted: frozenset[str], *, in_file_order: bool) -> tuple[_Ordered, Counter[str]]:
-        """The vectors in one of the frames, in the order of the file or of their log times; nothing can be taken after.
+    def vectors(self, *, in_file_order: bool) -> tuple[_Ordered, Integers]:
+        """The vectors, in the order of the file or of their log times, and the numbers of their frames.
 
-        And how many are in each other frame.
+        Nothing can be taken after.
         """
-        grown = (self._stamps_ns, self._vectors, self._log_ns, self._places, self._frames)
-        stamps_ns, vectors, log_ns, places, frames = (one.whole() for one in grown)
-        names = list(self.frames)
-        counts = np.bincount(frames, minlength=len(names)).tolist()
-        others = Counter({name: count for name, count in zip(names, counts, strict=True) if count and name not in accepted})
-        found = _Ordered(stamps_ns, vectors, log_ns, places if in_file_order else log_ns)
-        if others:
-            inside = np.isin(frames, [self.frames[name] for name in accepted & self.frames.keys()])
-            found = found.at(inside)
+        grown = (self._stamps_ns, self._vectors, self._log_ns, self._places)
+        stamps_ns, vectors, log_ns, places = (one.whole() for one in grown)
+        found, frames = _Ordered(stamps_ns, vectors, log_ns, places if in_file_order else log_ns), self._frames.whole()
         if (found.places[1:] < found.places[:-1]).any():
-            found = found.at(np.argsort(found.places, kind='stable'))
-        return found, others
+            order = np.argsort(found.places, kind='stable')
+            return found.at(order), frames[order]
+        return found, frames
 
 
 class _Messages:
@@ -178,6 +182,10 @@ class _Messages:
         for row in rows.tolist():
             data = block.data[int(block.starts[row]) : int(block.ends[row])]
             self._found.append((int(block.log_ns[row]), first + row, data))
+
+    def transforms(self) -> list[Moved]:
+        """All of them, where these are messages of tf."""
+        return [one for log_ns, place, data in self._found for one in parse_transforms(data, log_ns, place)]
 
     def decoded(self, *, in_file_order: bool) -> tuple[list[tuple[int, Any]], int]:
         """The messages in order, each with what it is in order of, and how many do not fit their definition.
@@ -210,6 +218,7 @@ class _Collected:
         self._messages: dict[str, _Messages] = {}
         self._counts: Counter[tuple[str, str]] = Counter()
         self._read = 0
+        self._moved_frames: set[str] = set()
 
     def take(self, block: Block) -> None:
         counts = np.bincount(block.channel_ids, minlength=1) if len(block.channel_ids) else np.zeros(1, dtype=np.int64)
@@ -225,6 +234,8 @@ class _Collected:
 
     def _taker(self, channel: Channel) -> _Stretch | _Messages | None:
         topic, kind = full_name(channel.topic), channel.type_name
+        if kind == TF_TYPE:
+            return self._messages.setdefault(topic, _Messages(channel))
         if kind in POSE_TYPES:
             wanted = not self._asked.pose or any(is_named(topic, name) for name in self._asked.pose)
         else:
@@ -257,6 +268,7 @@ class _Collected:
         held = {full_name(topic): Held(kind, 0) for topic, kind in types.items()}
         held |= {topic: Held(kind, count) for (topic, kind), count in self._counts.items()}
         held |= {topic: one.held for topic, one in self._vectors.items()}
+        held |= self._vehicle_frames(held)
         found = choose_topics(self._path, held, self._asked)
         in_file_order = numbered or self._stretch(found.pose).begins_anew()
         poses = self._poses(found.pose, in_file_order=in_file_order)
@@ -282,6 +294,46 @@ class _Collected:
             arrivals=Arrivals(_before(poses, commands.places), changed, flew),
         )
 
+    # -- frames --------------------------------------------------------------------------------
+    @cached_property
+    def _transforms(self) -> list[Moved]:
+        return [
+            one for messages in self._messages.values() if messages.channel.type_name == TF_TYPE for one in messages.transforms()
+        ]
+
+    @cached_property
+    def _edges(self) -> dict[str, Edge]:
+        return edges_of(self._transforms)
+
+    def _vehicle_frames(self, held: dict[str, Held]) -> dict[str, Held]:
+        """Frames of vehicles that move, as topics with positions, where there are no others or they were named."""
+        asked = self._asked.pose
+        if any(one.type_name in POSE_TYPES and one.messages and not WISHES.search(topic) for topic, one in held.items()):
+            return {}
+        found = {}
+        for child, edge in self._edges.items():
+            topic = full_name(child)
+            wanted = any(is_named(topic, name) for name in asked) if asked else child.rsplit('/', 1)[-1] in VEHICLE_FRAMES
+            if wanted and len(edge.stamps_ns) > STRAYS:
+                own = [one for one in self._transforms if one.child == child and one.parent == edge.parent]
+                stretch = self._vectors[topic] = _Stretch(Channel(topic, FRAME_TYPE, '', ''))
+                stamps_ns, log_ns, places = np.array([(one.stamp_ns, one.log_ns, one.place) for one in own], dtype=np.int64).T
+                frames = np.full(len(own), stretch.frames.number(edge.parent), dtype=np.int64)
+                stretch.add(Column(stamps_ns, np.array([one.translation_m for one in own]), log_ns, frames, 0, places))
+                stretch.count = len(own)
+                found[topic] = stretch.held
+        return found
+
+    def _placed(self, frame: str, accepted: set[str], stamps_ns: Integers) -> Placed | bool:
+        """Where a frame lies on the grid at each stamp; True: it is the grid's, False: nobody knows."""
+        asked = self._asked.frame.strip('/') or MAP_FRAME
+        if frame == asked and self._asked.frame_at:
+            return stated(*self._asked.frame_at)
+        if frame in accepted:
+            return True
+        placed = placed_in(self._edges, asked, frame, stamps_ns)
+        return False if placed is None else placed
+
     def _poses(self, topic: str, *, in_file_order: bool) -> _Ordered:
         stretch = self._stretch(topic)
         asked = self._asked.frame.strip('/')
@@ -290,12 +342,19 @@ class _Collected:
             accepted.add('')
         if topic.endswith(tuple(f'/{name}' for name in ARDUPILOT_POSES)):
             accepted.add(ARDUPILOT_FRAME)
-        poses, others = stretch.vectors(frozenset(accepted), in_file_order=in_file_order)
-        for frame in others:
-            raise LogError(
-                f"{self._path}: the positions on {topic} are in frame '{frame}', not '{MAP_FRAME}' (ENU); "
-                f'if its origin and axes (east, north, up) are those of the grid, pass --frame {frame or MAP_FRAME}'
-            )
+        poses, frames = stretch.vectors(in_file_order=in_file_order)
+        for frame, number in stretch.frames.items():
+            rows = np.flatnonzero(frames == number)
+            placed = self._placed(frame, accepted, poses.stamps_ns[rows]) if rows.size else True
+            if placed is False:
+                raise LogError(
+                    f"{self._path}: the positions on {topic} are in frame '{frame}', not '{MAP_FRAME}' (ENU), and no tf connects "
+                    f'the two; if its axes are east, north and up, pass --frame {frame or MAP_FRAME}; if it '
+                    'lies elsewhere on the grid, say where: --frame-at=EAST,NORTH,UP,YAW'
+                )
+            if isinstance(placed, Placed):
+                poses.vectors[rows] = placed.move(poses.vectors[rows])
+                self._moved_frames.add(frame)
         if not len(poses.stamps_ns):
             raise LogError(f'{self._path}: none of the {stretch.unfit} messages on {topic} fits its type; name another topic')
         return poses
@@ -311,12 +370,17 @@ class _Collected:
         if not topic:
             return NOTHING, []
         stretch = self._stretch(topic)
-        # MAVROS does not look at the frame of a command, and most people leave it empty.
-        commands, others = stretch.vectors(frozenset((MAP_FRAME, self._asked.frame.strip('/'), '')), in_file_order=in_file_order)
-        notes = [
-            f"{count} commands in frame '{frame}' are not in '{MAP_FRAME}' and were not used"
-            for frame, count in sorted(others.items())
-        ]
+        commands, frames = stretch.vectors(in_file_order=in_file_order)
+        kept, notes = np.ones(len(frames), dtype=np.bool_), []
+        for frame, number in sorted(stretch.frames.items()):
+            rows = np.flatnonzero(frames == number)
+            placed = self._command_placed(frame, commands.stamps_ns[rows])
+            if placed is False and rows.size:
+                kept[rows] = False
+                notes.append(f"{rows.size} commands in frame '{frame}' are not in '{MAP_FRAME}' and were not used")
+            if isinstance(placed, Placed):
+                commands.vectors[rows] = placed.turn(commands.vectors[rows])
+        commands = commands.at(kept)
         notes += [_unfit(stretch.unfit, topic)] * bool(stretch.unfit)
         if '' in stretch.frames and len(commands.stamps_ns):
             notes.append(f'commands on {topic} name no frame; they were taken as velocities to the east and north')
@@ -332,6 +396,17 @@ class _Collected:
         elif on_clock.unstamped:
             notes.append(f'{on_clock.unstamped} commands on {topic} have no stamp: they count from when they were recorded')
         return commands._replace(stamps_ns=on_clock.stamps_ns), notes
+
+    def _command_placed(self, frame: str, stamps_ns: Integers) -> Placed | bool:
+        """As _placed, for velocities: only of the map and of the positions' own frames is it known how they are meant.
+
+        MAVROS does not look at the frame of a command, and most people leave it empty: it is that of the positions.
+        """
+        if not frame and len(self._moved_frames) == 1:
+            (frame,) = self._moved_frames
+        if frame in self._moved_frames:
+            return self._placed(frame, set(), stamps_ns)
+        return frame in (MAP_FRAME, self._asked.frame.strip('/'), '')
 
     def _values(self, topic: str, *, in_file_order: bool) -> tuple[list[tuple[int, Any]], int]:
         messages = self._messages.get(topic)

@@ -12,9 +12,11 @@ from advise_ros.recording.states import EVENT_OF, STATES
 
 # ArduPilot's DDS sends positions east-north-up from its origin and calls their frame base_link all the same.
 ARDUPILOT_POSES, ARDUPILOT_FRAME = ('ap/pose/filtered', 'ap/v1/pose/filtered'), 'base_link'
+# A vehicle's frame among the transforms of a bag counts as a topic of its name, where there are no other positions.
+FRAME_TYPE, VEHICLE_FRAMES = 'frame of tf', ('base_link', 'base_footprint')
 POSE_TYPES = (
     'geometry_msgs/msg/PoseStamped', 'nav_msgs/msg/Odometry', 'geometry_msgs/msg/PoseWithCovarianceStamped',
-    'geometry_msgs/msg/TransformStamped', *px4.TYPES,
+    'geometry_msgs/msg/TransformStamped', *px4.TYPES, FRAME_TYPE,
 )
 STAMPED, PLAIN = 'geometry_msgs/msg/TwistStamped', 'geometry_msgs/msg/Twist'
 COMMAND_TYPES = (STAMPED, PLAIN)
@@ -45,6 +47,7 @@ class BagTopics(NamedTuple):
         required: which of 'command' and 'status' the bag must have.
         vehicle: namespace of the vehicle, '' for any.
         frame: the frame of positions that is the grid's map, besides 'map'.
+        frame_at: where that frame lies on the grid: east, north, up [m] and its yaw [deg], counter-clockwise; () for 0.
         as_stamped: believe the stamps of commands, as the recorder did.
     """
 
@@ -55,6 +58,7 @@ class BagTopics(NamedTuple):
     required: tuple[str, ...] = ()
     vehicle: str = ''
     frame: str = ''
+    frame_at: tuple[float, ...] = ()
     as_stamped: bool = False
 
 

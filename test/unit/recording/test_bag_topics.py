@@ -1,5 +1,6 @@
 """Which topics of a bag are read, in which frame and on whose clock."""
 
+import math
 import re
 from collections.abc import Sequence
 from pathlib import Path
@@ -16,7 +17,7 @@ from advise_ros.core.units import NS
 from advise_ros.recording.bags import read_bag
 from advise_ros.recording.topics import BagTopics
 from support.flown import GRID, flight, round_trip
-from support.ros_bags import Entry, bag, command, entries_of, odometry, plain_command, pose, status, transform
+from support.ros_bags import Entry, bag, command, entries_of, make, odometry, plain_command, pose, status, transform
 
 FLOWN = flight(GRID, round_trip())
 POSES = [(int(stamp_ns), position) for stamp_ns, position in zip(*FLOWN.poses, strict=True)]
@@ -133,6 +134,79 @@ def test_a_frame_may_be_said_to_be_the_map(tmp_path: Path, frame_id: str, option
         with pytest.raises(LogError, match=f"in frame '{frame_id}', not 'map' .*--frame"):
             read_bag(path)
     assert flown_as_commanded(read_bag(path, BagTopics(frame=option)))
+
+
+EAST_M, NORTH_M, YAW_DEG = 3.0, -2.0, 90.0
+
+
+def in_odom(vectors_enu: np.ndarray, *, velocities: bool = False) -> np.ndarray:
+    """In a frame whose origin lies there and whose x axis looks north."""
+    east, north, up = (vectors_enu - (0.0 if velocities else np.array([EAST_M, NORTH_M, 0.0]))).T
+    return np.column_stack([north, -east, up])
+
+
+def tf(topic: str, at_ns: int, *transforms: Any) -> Entry:
+    return topic, make('tf2_msgs/msg/TFMessage', transforms=list(transforms)), at_ns
+
+
+def map_to_odom(at_ns: int, topic: str = '/tf_static', parent: str = 'map', child: str = 'odom') -> Entry:
+    return tf(topic, at_ns, transform(at_ns, (EAST_M, NORTH_M, 0.0), parent, child, math.radians(YAW_DEG)))
+
+
+def flown_in_odom(frame_id: str = 'odom') -> list[Entry]:
+    places, velocities = in_odom(FLOWN.poses.positions_enu_m), in_odom(FLOWN.commands.velocities_enu_m_s, velocities=True)
+    return [
+        *(('/odom', odometry(stamp_ns, place, frame_id), stamp_ns) for (stamp_ns, _), place in zip(POSES, places, strict=True)),
+        *(('/cmd_vel', command(stamp_ns, v, frame_id), stamp_ns) for (stamp_ns, _), v in zip(COMMANDS, velocities, strict=True)),
+    ]
+
+
+def same_place(found: Recording) -> bool:
+    near = np.abs(found.poses.positions_enu_m - FLOWN.poses.positions_enu_m).max() < 1e-9
+    return bool(near) and flown_as_commanded(found)
+
+
+@pytest.mark.parametrize('extra', [
+    [map_to_odom(1)],
+    [map_to_odom(1, '/tf', '/map', '/odom')],
+    [tf('/tf_static', 1, transform(1, (EAST_M, NORTH_M, 0.0), 'map', 'earth', math.radians(YAW_DEG))),
+     tf('/tf', 2, transform(2, (0.0, 0.0, 0.0), 'earth', 'odom'))],
+    [tf('/tf_static', 1, transform(1, (NORTH_M, -EAST_M, 0.0), 'odom', 'world', 0.0)),
+     tf('/tf_static', 1, transform(1, (-2 * NORTH_M, 2 * EAST_M, 0.0), 'world', 'map', -math.radians(YAW_DEG)))],
+], ids=['static', 'slashes', 'chain', 'inverse'])
+def test_tf_of_the_bag_brings_positions_and_commands_into_the_map(tmp_path: Path, extra: list[Entry]) -> None:
+    assert same_place(read_bag(bag(tmp_path / 'bag', [*extra, *flown_in_odom()])))
+
+
+def test_a_transform_that_is_corrected_holds_from_its_stamp_on(tmp_path: Path) -> None:
+    middle = POSES[150][0]
+    entries = flown_in_odom()
+    wrong = tf('/tf', 1, transform(1, (0.0, 0.0, 0.0), 'map', 'odom', math.radians(YAW_DEG)))
+    found = read_bag(bag(tmp_path / 'bag', [wrong, map_to_odom(middle, '/tf'), *entries]))
+    off_m = np.linalg.norm(found.poses.positions_enu_m - FLOWN.poses.positions_enu_m, axis=1)
+    assert np.allclose(off_m[:150], math.hypot(EAST_M, NORTH_M)) and np.allclose(off_m[150:], 0.0)
+
+
+def test_where_a_frame_lies_may_be_stated(tmp_path: Path) -> None:
+    path = bag(tmp_path / 'bag', flown_in_odom())
+    with pytest.raises(LogError, match=r"in frame 'odom', not 'map' .* no tf connects the two; .*--frame odom; .*--frame-at="):
+        read_bag(path)
+    assert same_place(read_bag(path, BagTopics(frame='odom', frame_at=(EAST_M, NORTH_M, 0.0, YAW_DEG))))
+
+
+@pytest.mark.parametrize('prefix', ['', 'drone1/'])
+def test_without_other_positions_the_vehicles_frame_in_tf_is_where_it_is(tmp_path: Path, prefix: str) -> None:
+    places = in_odom(FLOWN.poses.positions_enu_m)
+    moving = [
+        tf('/tf', stamp_ns, transform(stamp_ns, place, f'{prefix}odom', f'{prefix}base_link'))
+        for (stamp_ns, _), place in zip(POSES, places, strict=True)
+    ]
+    still = [tf('/tf', s + 5, transform(s, (1.0, 1.0, 0.0), 'map', 'drone2/base_link')) for s, _ in POSES]
+    commands = commanded(f'/{prefix}cmd_vel')
+    path = bag(tmp_path / 'bag', [map_to_odom(1, child=f'{prefix}odom'), *moving, *still, *commands])
+    found = read_bag(path)
+    assert same_place(found) and chosen(found)[0] == f'/{prefix}base_link'
+    assert (read_bag(path, BagTopics(vehicle='drone2')).poses.positions_enu_m == (1.0, 1.0, 0.0)).all()
 
 
 # -- clocks ----------------------------------------------------------------------------------------
