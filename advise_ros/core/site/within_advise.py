@@ -21,7 +21,7 @@ from advise_ros.core.numerics import Ints
 from advise_ros.core.site.belief import SiteAnswer, SiteBelief, believe, tell
 from advise_ros.core.site.keep import evidence_of
 from advise_ros.core.site.layout import layout_of
-from advise_ros.core.site.plan import plan
+from advise_ros.core.site.plan import first_of, plan
 from advise_ros.core.site.prior import NOTHING, SitePrior, answers_of
 from advise_ros.core.site.questions import SiteQuestion, next_question
 
@@ -87,19 +87,21 @@ def imitate(grid: Grid, belief: SiteBelief, advice: AdviceState, slip: float = 0
 
 
 def _borne_out(record: AdviceRecord, right: Ints) -> Iterator[AdviceRecord]:
-    """The answer state by state: what it prefers and is believed right, over all that is not.
+    """The answer state by state: the action that is flown of those it prefers and that are believed right, over all others.
 
     An advised state has no other rows in the program: the answer's own avoided directions alone would leave the rest open.
+    Which of several right actions is worth most has to be said everywhere, or the values of the rest do not fit together.
 
     Args:
         record: the answer.
         right: (states,) what is believed right, as sums of 1 << action.
     """
+    preferred = sum(1 << action for action in record.preferred)
     for state in record.states:
-        preferred = tuple(action for action in record.preferred if right[state] >> action & 1)
-        avoided = tuple(action for action in range(N_ACTIONS) if not right[state] >> action & 1)
-        if preferred and avoided:
-            yield replace(record, states=(state,), preferred=preferred, avoided=avoided)
+        borne_out = int(right[state]) & preferred
+        if borne_out:
+            flown = int(first_of(np.array(borne_out, dtype=np.uint8)))
+            yield replace(record, states=(state,), preferred=(flown,), avoided=tuple(set(range(N_ACTIONS)) - {flown}))
 
 
 def ask(grid: Grid, belief: SiteBelief, advice: AdviceState, seed: int) -> SiteQuestion | None:
