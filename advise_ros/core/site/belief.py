@@ -8,9 +8,9 @@ from typing import NamedTuple
 import numpy as np
 
 from advise_ros.core.numerics import Floats, Ints
-from advise_ros.core.site.chain import CompiledAnswers, Problem
+from advise_ros.core.site.chain import CompiledAnswers, Problem, log_answers
 from advise_ros.core.site.layout import Bytes, Layout
-from advise_ros.core.site.pilots import PILOTS, Moves, Pilot, moves_of, rounded
+from advise_ros.core.site.pilots import PILOTS, Moves, Pilot, best_sets, moves_of, rounded
 from advise_ros.core.site.plan import barred
 from advise_ros.core.site.tempering import TEMPERATURES, Draws, draw
 from advise_ros.core.site.wishes import ALIKE, GRADED, Wishes
@@ -20,15 +20,23 @@ from advise_ros.core.site.wishes import ALIKE, GRADED, Wishes
 RIGHT, OTHERWISE, WRONG_ANSWERS = 0.9, 0.1, 30
 # Maps with a price [nat] a marked cell and an edge of their border: few cells, and those together.
 CELL_PRICE, EDGE_PRICE = 0.8, 0.4
-# Models of the pilot that explain the moves worse by more than this [nat] are dropped; earlier, before the last fit, by more.
-HOPELESSLY_BEHIND, BEHIND_BEFORE_LAST_FIT = 15.0, 45.0
+# Models of the pilot that explain the moves worse by more than this [nat] are dropped.
+HOPELESSLY_BEHIND = 15.0
+# Its maps' mean log posterior differs by a few nat from one drawing to the next: odds between the models are taken that much
+# less seriously.
+FLATTER = 3.0
 # Log odds against a richer kind of wishes, before anything was seen. It is looked at closely, and the pilot fitted to it, if
 # it is not further behind than this after a first drawing [nat].
 RICHER_ODDS, UNPROMISING = 4.0, 3.0
+# Maps drawn before an answer are kept if those that go with it are at least this share (effective sample size).
+LEAST_SUPPORT = 0.1
 # Answers that the maps fit worse than this [nat] say that there may be a richer wish.
 CONTRADICTED = -2.0
-# How often the models of the pilot are fitted to the moves, and the maps drawn anew.
-FITS = 2
+# The models of the pilot are fitted to the moves so often, and the maps drawn anew; before each fit those are dropped that are
+# behind by more than this [nat]: a fit makes up for less.
+BEHIND_BEFORE_FIT = (150.0, 45.0)
+# How much shorter the drawings before the last fit are: they only have to find a map to fit to.
+EARLY = 0.5
 
 
 @dataclass(frozen=True)
@@ -37,6 +45,7 @@ class SamplerSettings:
 
     Attributes:
         steps_per_cell, least_steps: proposals a model of the pilot, each time that maps are drawn.
+        last_per_cell, last_least: the same after the last fit, before anything was answered: all later maps begin with these.
         maps: maps that a belief holds.
         richer: kinds of wishes beside cells to keep out of that are looked for in the flights.
         contradicted: kinds that are looked for when the maps contradict an answer; no measurement says yet that it pays.
@@ -44,6 +53,8 @@ class SamplerSettings:
 
     steps_per_cell: int = 50
     least_steps: int = 12_000
+    last_per_cell: int = 150
+    last_least: int = 24_000
     maps: int = 100
     richer: tuple[Wishes, ...] = (GRADED,)
     contradicted: tuple[Wishes, ...] = ()
@@ -51,6 +62,14 @@ class SamplerSettings:
     def steps(self, layout: Layout) -> int:
         """Proposals for a site."""
         return max(self.least_steps, self.steps_per_cell * layout.n_cells)
+
+    def early_steps(self, layout: Layout) -> int:
+        """Before the last fit."""
+        return round(EARLY * self.steps(layout))
+
+    def last_steps(self, layout: Layout) -> int:
+        """After the last fit."""
+        return max(self.last_least, self.last_per_cell * layout.n_cells)
 
 
 class SiteAnswer(NamedTuple):
@@ -150,12 +169,33 @@ def tell(
     ]
     plain = next((one for one in again if one.wishes == ALIKE), None)
     again = [one if plain is None or one.wishes == ALIKE else _against(plain, one) for one in again]
+    again = [_with_earlier(layout, one, before, answer) for one, before in zip(again, belief.pilots, strict=True)]
     told = _weighed(layout, tuple(again), belief.flights, answers, settings)
     plain = next((one for one in told.pilots if one.wishes == ALIKE), None)
     if plain is None or plain.draws.answers > CONTRADICTED:
         return told
     known = {model.wishes.name for model in told.pilots}
     return _with_richer(layout, told, tuple(one for one in settings.contradicted if one.name not in known), prices, settings, rng)
+
+
+def _with_earlier(layout: Layout, model: PilotBelief, before: PilotBelief, answer: SiteAnswer) -> PilotBelief:
+    """Half of the maps from those drawn before the answer, as often as each makes it likely.
+
+    A drawing after an answer is short, and by itself forgets now and then what was known; unless hardly any of the earlier maps
+    goes with the answer, they keep it.
+    """
+    earlier, compiled = before.draws, _compiled_answers((answer,))
+    ways = best_sets(layout, before.wishes.weights(layout, earlier.maps))
+    fit = np.array([log_answers(compiled, row) for row in ways])
+    weight = np.exp(fit - fit.max())
+    if weight.sum() ** 2 < LEAST_SUPPORT * len(weight) * (weight**2).sum():
+        return model
+    number = len(model.draws.maps) // 2
+    chosen = np.searchsorted(weight.cumsum() / weight.sum(), (np.arange(number) + 0.5) / number)
+    kept = np.linspace(0, len(model.draws.maps) - 1, len(model.draws.maps) - number).round().astype(np.int64)
+    maps = np.concatenate([earlier.maps[chosen], model.draws.maps[kept]])
+    levels = np.concatenate([earlier.log_posterior[chosen] + fit[chosen], model.draws.log_posterior[kept]])
+    return model._replace(draws=model.draws._replace(maps=maps, log_posterior=levels))
 
 
 def _prices(layout: Layout, cell_price: Floats | None) -> Floats:
@@ -165,13 +205,13 @@ def _prices(layout: Layout, cell_price: Floats | None) -> Floats:
 
 def _first(layout: Layout, flights: Moves, prices: Floats, settings: SamplerSettings, rng: np.random.Generator) -> SiteBelief:
     """From the moves alone: maps, then the models fitted to the likeliest of them, then maps again."""
-    models = tuple(_drawn(layout, flights, pilot, (), prices, settings, rng, None) for pilot in PILOTS)
-    for fit in range(FITS):
-        if fit > 0:
-            models = _within(models, BEHIND_BEFORE_LAST_FIT)
+    early = settings.early_steps(layout)
+    models = tuple(_drawn(layout, flights, pilot, (), prices, settings, rng, None, steps=early) for pilot in PILOTS)
+    for behind, steps in zip(BEHIND_BEFORE_FIT, (early, settings.last_steps(layout)), strict=True):
+        models = _within(models, behind)
         fitted = [one.pilot.fitted(layout, flights, ALIKE, one.draws.best) for one in models]
         models = tuple(
-            _drawn(layout, flights, pilot, (), prices, settings, rng, one.draws)
+            _drawn(layout, flights, pilot, (), prices, settings, rng, one.draws, steps=steps)
             for pilot, one in zip(fitted, models, strict=True)
         )
     return _weighed(layout, models, flights, (), settings)
@@ -191,7 +231,7 @@ def _with_richer(
         one = _drawn(layout, flights, plain.pilot, answers, prices, settings, rng, plain.draws, wishes)
         if _against(plain, one).level < plain.level - UNPROMISING:
             continue
-        for _ in range(FITS):
+        for _ in BEHIND_BEFORE_FIT:
             pilot = one.pilot.fitted(layout, flights, wishes, one.draws.best)
             one = _drawn(layout, flights, pilot, answers, prices, settings, rng, one.draws, wishes)
         models.append(_against(plain, one))
@@ -205,7 +245,7 @@ def _against(plain: PilotBelief, richer: PilotBelief) -> PilotBelief:
 
 def _drawn(  # noqa: PLR0913, PLR0917 - what a drawing takes
     layout: Layout, flights: Moves, pilot: Pilot, answers: tuple[SiteAnswer, ...], prices: Floats,
-    settings: SamplerSettings, rng: np.random.Generator, before: Draws | None, wishes: Wishes = ALIKE,
+    settings: SamplerSettings, rng: np.random.Generator, before: Draws | None, wishes: Wishes = ALIKE, steps: int | None = None,
 ) -> PilotBelief:
     """Maps under one model of the pilot, beginning where the last drawing ended."""
     problem = problem_of(layout, flights, pilot, answers, prices, wishes)
@@ -214,7 +254,7 @@ def _drawn(  # noqa: PLR0913, PLR0917 - what a drawing takes
         n = before.last.shape[1]
         starts[:, :n] = before.last
         starts[1, :n], starts[-1] = before.best, 0
-    draws = draw(problem, starts, settings.steps(layout), settings.maps, rng, fresh=before is None)
+    draws = draw(problem, starts, steps or settings.steps(layout), settings.maps, rng, fresh=before is None)
     return PilotBelief(pilot, float(rounded(np.asarray(draws.log_posterior.mean()), 20)), 0.0, draws, wishes)
 
 
@@ -254,7 +294,7 @@ def _weighed(
     """The maps of all models that are not far behind, each in proportion to its evidence."""
     kept = sorted(_within(models, HOPELESSLY_BEHIND), key=lambda one: -one.level)
     top = kept[0].level
-    evidence = np.exp([one.level - top for one in kept])
+    evidence = np.exp([(one.level - top) / FLATTER for one in kept])
     weights = evidence / evidence.sum()
     kept = [one._replace(weight=float(weight)) for one, weight in zip(kept, weights, strict=True)]
     shares = [round(one.weight * settings.maps) for one in kept]

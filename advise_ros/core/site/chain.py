@@ -150,7 +150,7 @@ def new_chain(problem: Problem, levels: Bytes) -> Chain:
     chain = Chain(marks, holding, price, distance, np.zeros(states, np.uint8), np.zeros(states), np.zeros(3))
     judge_states(problem, chain, new_journal(states, n, len(levels)), np.arange(states), states)
     chain.total[PRIOR] = log_prior(problem, levels)
-    chain.total[ANSWERS] = log_answers(problem, chain.best)
+    chain.total[ANSWERS] = log_answers(problem.answers, chain.best)
     return chain
 
 
@@ -299,9 +299,8 @@ def answer_code(best: Bytes, states: Int32s, first: int, after: int) -> tuple[in
 
 
 @njit(cache=True)
-def log_answers(problem: Problem, best: Bytes) -> float:
-    """Log likelihood of all answers."""
-    answers = problem.answers
+def log_answers(answers: CompiledAnswers, best: Bytes) -> float:
+    """Log likelihood of all answers under best actions (states,)."""
     value = 0.0
     for k in range(len(answers.preferred)):
         preferred, avoided = answer_code(best, answers.states, answers.first[k], answers.first[k + 1])
@@ -332,7 +331,7 @@ def change(problem: Problem, chain: Chain, journal: Journal, places: Ints, value
             distance, goal = chain.distance[layer], waypoints[layer]
             _repair(moves, chain.price[area], distance, goal, journal.cells, changed, layer * n, journal)
     if judge_states(problem, chain, journal, journal.touched, journal.size[2]):
-        chain.total[ANSWERS] = log_answers(problem, chain.best)
+        chain.total[ANSWERS] = log_answers(problem.answers, chain.best)
 
 
 @njit(cache=True)

@@ -30,8 +30,8 @@ from advise_ros.core.site.chain import (
 from advise_ros.core.site.layout import Bytes, Layout
 
 # The first is what is wanted, DOUBTING supplies maps that doubt the model of the pilot.
-TEMPERATURES = (1.0, 1.4, 2.0, 3.0, 5.0, 9.0)
-DOUBTING = 3
+TEMPERATURES = (1.0, 1.7, 3.0, 6.0)
+DOUBTING = 2
 # Shares of the proposals, added up; what is left moves an area.
 RECTANGLE, BORDER, EXCHANGE = 0.55, 0.75, 0.9
 # Shares where there are several levels or maps: of proposals that give a whole area another, of those in the map of one
