@@ -84,7 +84,8 @@ class PilotBelief(NamedTuple):
     """One model of the pilot, fitted to the moves, and the maps that explain them under it and one kind of wishes.
 
     Attributes:
-        level: mean log posterior of the maps; of a richer kind of wishes that of ALIKE, and by how much its evidence is more.
+        level: mean log posterior of the maps; of a richer kind of wishes that of ALIKE, and FLATTER times what its evidence
+            is more.
         weight: of the model among all, by its evidence.
     """
 
@@ -229,7 +230,7 @@ def _with_richer(
     models = list(belief.pilots)
     for wishes in kinds:
         one = _drawn(layout, flights, plain.pilot, answers, prices, settings, rng, plain.draws, wishes)
-        if _against(plain, one).level < plain.level - UNPROMISING:
+        if _against(plain, one).level < plain.level - FLATTER * UNPROMISING:
             continue
         for _ in BEHIND_BEFORE_FIT:
             pilot = one.pilot.fitted(layout, flights, wishes, one.draws.best)
@@ -239,8 +240,8 @@ def _with_richer(
 
 
 def _against(plain: PilotBelief, richer: PilotBelief) -> PilotBelief:
-    """With a level that can be compared with those of plain wishes."""
-    return richer._replace(level=plain.level + richer.evidence - plain.evidence - RICHER_ODDS)
+    """With a level that can be compared with those of plain wishes; its evidence is taken as it is, not flatter."""
+    return richer._replace(level=plain.level + FLATTER * (richer.evidence - plain.evidence - RICHER_ODDS))
 
 
 def _drawn(  # noqa: PLR0913, PLR0917 - what a drawing takes

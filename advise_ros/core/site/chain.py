@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from advise_ros.core.numerics import Floats, Ints
+from advise_ros.core.site.compiled import compiled
 from advise_ros.core.site.layout import Bytes, Int32s, Layout
 from advise_ros.core.site.pilots import CompiledMoves
 from advise_ros.core.site.search import (
@@ -122,7 +122,7 @@ class Journal(NamedTuple):
     level_was: Bytes
 
 
-@njit(cache=True)
+@compiled
 def new_journal(states: int, cells: int, places: int) -> Journal:
     """An empty journal for a site and maps of so many places."""
     return Journal(
@@ -133,7 +133,7 @@ def new_journal(states: int, cells: int, places: int) -> Journal:
     )
 
 
-@njit(cache=True)
+@compiled
 def new_chain(problem: Problem, levels: Bytes) -> Chain:
     """A chain at a map (places,)."""
     layout, wishes = problem.layout, problem.wishes
@@ -154,14 +154,14 @@ def new_chain(problem: Problem, levels: Bytes) -> Chain:
     return chain
 
 
-@njit(cache=True)
+@compiled
 def held(levels: Bytes, own: int, n: int, area: int, cell: int) -> int:
     """What a cell is on the way to a waypoint: what is said of that way alone, else what is said of all."""
     alone = levels[(1 + area) * n + cell] if own else 0
     return alone if alone > 0 else levels[cell]
 
 
-@njit(cache=True)
+@compiled
 def judge_soft(
     pull: Floats, total: float, log_normaliser: Floats, most_loss: int, costs: Ints, least: int,
 ) -> float:
@@ -177,7 +177,7 @@ def judge_soft(
     return -lost - total * log_normaliser[digits]
 
 
-@njit(cache=True)
+@compiled
 def judge_states(  # noqa: C901 - one hot loop
     problem: Problem, chain: Chain, journal: Journal, states: Ints, count: int,
 ) -> bool:
@@ -228,7 +228,7 @@ def judge_states(  # noqa: C901 - one hot loop
     return answered
 
 
-@njit(cache=True)
+@compiled
 def log_prior(problem: Problem, levels: Bytes) -> float:
     """Few marked cells, and those of a level together."""
     beside = problem.layout.beside
@@ -243,7 +243,7 @@ def log_prior(problem: Problem, levels: Bytes) -> float:
     return value
 
 
-@njit(cache=True)
+@compiled
 def mark_odds(problem: Problem, place: int, level: int) -> float:
     """Log odds against a level of a place, before anything was seen."""
     n = len(problem.cell_price)
@@ -252,7 +252,7 @@ def mark_odds(problem: Problem, place: int, level: int) -> float:
     return problem.cell_price[place % n] + problem.wishes.odds[level] + (problem.wishes.own_odds if place >= n else 0.0)
 
 
-@njit(cache=True)
+@compiled
 def prior_change(
     problem: Problem, levels: Bytes, places: Ints, values: Bytes, count: int, marked: Bytes,
 ) -> float:
@@ -278,7 +278,7 @@ def prior_change(
     return value
 
 
-@njit(cache=True)
+@compiled
 def answer_code(best: Bytes, states: Int32s, first: int, after: int) -> tuple[int, int]:
     """(preferred, avoided) that a person who knows a map would name for states[first:after], as sums of 1 << action.
 
@@ -298,7 +298,7 @@ def answer_code(best: Bytes, states: Int32s, first: int, after: int) -> tuple[in
     return preferred, never or 15 & ~preferred
 
 
-@njit(cache=True)
+@compiled
 def log_answers(answers: CompiledAnswers, best: Bytes) -> float:
     """Log likelihood of all answers under best actions (states,)."""
     value = 0.0
@@ -312,7 +312,7 @@ def log_answers(answers: CompiledAnswers, best: Bytes) -> float:
     return value
 
 
-@njit(cache=True)
+@compiled
 def change(problem: Problem, chain: Chain, journal: Journal, places: Ints, values: Bytes, count: int) -> None:
     """Give `count` places other levels (count,) and bring all that follows up to date; `undo` takes it back."""
     moves, waypoints, own = problem.layout.moves, problem.layout.waypoints, problem.wishes.own
@@ -334,7 +334,7 @@ def change(problem: Problem, chain: Chain, journal: Journal, places: Ints, value
         chain.total[ANSWERS] = log_answers(problem.answers, chain.best)
 
 
-@njit(cache=True)
+@compiled
 def _price_again(
     problem: Problem, chain: Chain, area: int, places: Ints, count: int, cells: Ints,
 ) -> int:
@@ -352,7 +352,7 @@ def _price_again(
     return changed
 
 
-@njit(cache=True)
+@compiled
 def undo(problem: Problem, chain: Chain, journal: Journal, places: Ints, count: int) -> None:
     """Take the last change back."""
     n = chain.price.shape[1]
@@ -369,7 +369,7 @@ def undo(problem: Problem, chain: Chain, journal: Journal, places: Ints, count: 
     chain.total[:] = journal.total_was
 
 
-@njit(cache=True)
+@compiled
 def _repair(  # noqa: C901, PLR0913, PLR0917 - one hot loop over plain arrays
     moves: Int32s, price: Ints, distance: Ints, goal: int, cells: Ints, count: int, offset: int, journal: Journal,
 ) -> None:
@@ -415,14 +415,14 @@ def _repair(  # noqa: C901, PLR0913, PLR0917 - one hot loop over plain arrays
         _start_over(moves, price, distance, goal, offset, journal)
 
 
-@njit(cache=True)
+@compiled
 def queue(moves: Int32s, price: Ints, distance: Ints, cell: int, heap: Ints, size: int) -> int:
     """Put a cell on the heap if its distance is not what the cells beside it say."""
     wanted, now = next_cost(moves, price, distance, cell), distance[cell]
     return push(heap, size, min(wanted, now), cell) if wanted != now else size
 
 
-@njit(cache=True)
+@compiled
 def touch(  # noqa: PLR0913, PLR0917 - plain arrays are fast
     moves: Int32s, cell: int, offset: int, touched: Ints, touched_in: Ints, number: int, touches: int,
 ) -> int:
@@ -440,7 +440,7 @@ def touch(  # noqa: PLR0913, PLR0917 - plain arrays are fast
     return touches
 
 
-@njit(cache=True)
+@compiled
 def _start_over(moves: Int32s, price: Ints, distance: Ints, goal: int, offset: int, journal: Journal) -> None:
     """Search a layer anew: the repair took more room than the search does."""
     fresh = np.empty(len(price), np.int64)

@@ -10,9 +10,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from advise_ros.core.numerics import Bools, Floats, Ints
+from advise_ros.core.site.compiled import compiled
 from advise_ros.core.site.layout import Bytes, Int32s, Layout
 from advise_ros.core.site.search import FAR, all_distances, best_actions
 
@@ -86,7 +86,7 @@ def _in_wind(layout: Layout, costs: Ints, slip: float) -> SitePlan:
     return SitePlan(first_of(best), best, steps / SCALE)
 
 
-@njit(cache=True)
+@compiled
 def _expected_costs(layout: Layout, costs: Ints, distance: Floats, slip: float) -> Floats:
     """(layers, cells, 4) expected cost of each action to the next waypoint; `distance` (layers, cells), without wind, is made
     that with it (value iteration, Gauss-Seidel)."""
@@ -156,7 +156,7 @@ def after(layout: Layout, state: int, action: int) -> int:
     return (layer + reached) * layout.n_cells + there
 
 
-@njit(cache=True)
+@compiled
 def _route_cost(waypoints: Int32s, distance: Ints, cell: int, layer: int) -> int:
     """Cost from a cell over all waypoints that are left."""
     total = distance[layer, cell]
@@ -171,7 +171,7 @@ def least_steps(layout: Layout, weights: Floats) -> Floats:
     return _least(layout.moves, costs, layout.waypoints, layout.start % layout.n_cells, layout.start // layout.n_cells) / SCALE
 
 
-@njit(cache=True)
+@compiled
 def _least(moves: Int32s, costs: Ints, waypoints: Int32s, cell: int, layer: int) -> Ints:
     values = np.empty(len(costs), np.int64)
     for row in range(len(costs)):

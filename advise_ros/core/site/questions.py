@@ -6,11 +6,11 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from advise_ros.core.numerics import Floats, Ints
 from advise_ros.core.site.belief import SiteBelief
 from advise_ros.core.site.chain import answer_code
+from advise_ros.core.site.compiled import compiled
 from advise_ros.core.site.dispute import MOST_CELLS, Dispute, dispute_of
 from advise_ros.core.site.layout import Bytes, Int32s, Layout
 from advise_ros.core.site.pilots import best_sets
@@ -140,7 +140,7 @@ def _steps_after(layout: Layout, asking: Bytes, answers: Ints) -> float:
     return float((np.bincount(answers) / len(answers)) @ least_steps(layout, means))
 
 
-@njit(cache=True)
+@compiled
 def _codes(sets: Bytes, states: Int32s) -> Ints:
     """(maps,) the answer under each map, as 16 * preferred + avoided."""
     codes = np.empty(len(sets), np.int64)

@@ -8,9 +8,9 @@ distance changes, and those beside them, are looked at.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from advise_ros.core.numerics import Ints
+from advise_ros.core.site.compiled import compiled
 from advise_ros.core.site.layout import Bytes, Int32s
 
 FAR = 1 << 40
@@ -21,7 +21,7 @@ CELL_MASK = (1 << CELL_BITS) - 1
 HEAP_PER_CELL, HEAP_SPARE = 8, 64
 
 
-@njit(cache=True)
+@compiled
 def push(heap: Ints, size: int, key: int, cell: int) -> int:
     """Add an entry to a binary heap; returns the new size."""
     entry = (key << CELL_BITS) | cell
@@ -36,7 +36,7 @@ def push(heap: Ints, size: int, key: int, cell: int) -> int:
     return size + 1
 
 
-@njit(cache=True)
+@compiled
 def pop(heap: Ints, size: int) -> int:
     """Take the least entry off; returns it, the heap has then one entry less."""
     least, entry = heap[0], heap[size - 1]
@@ -56,7 +56,7 @@ def pop(heap: Ints, size: int) -> int:
     return least
 
 
-@njit(cache=True)
+@compiled
 def next_cost(moves: Int32s, price: Ints, distance: Ints, cell: int) -> int:
     """What the best move from a cell costs to the end, by the distances of the cells beside it."""
     best = FAR
@@ -68,7 +68,7 @@ def next_cost(moves: Int32s, price: Ints, distance: Ints, cell: int) -> int:
     return best
 
 
-@njit(cache=True)
+@compiled
 def distances_to(moves: Int32s, price: Ints, goal: int, distance: Ints, heap: Ints) -> None:
     """Fill in the distance (cells,) to a goal cell by Dijkstra's algorithm; FAR where there is no way.
 
@@ -96,7 +96,7 @@ def distances_to(moves: Int32s, price: Ints, goal: int, distance: Ints, heap: In
                 size = push(heap, size, through, there)
 
 
-@njit(cache=True)
+@compiled
 def costs_of(moves: Int32s, price: Ints, distance: Ints, cell: int, costs: Ints) -> int:
     """Fill in what each action (4,) costs to the end, FAR where it can't be made; returns the least."""
     best = FAR
@@ -107,7 +107,7 @@ def costs_of(moves: Int32s, price: Ints, distance: Ints, cell: int, costs: Ints)
     return best
 
 
-@njit(cache=True)
+@compiled
 def all_distances(moves: Int32s, price: Ints, waypoints: Int32s) -> Ints:
     """(layers, cells) distance to each layer's waypoint.
 
@@ -125,7 +125,7 @@ def all_distances(moves: Int32s, price: Ints, waypoints: Int32s) -> Ints:
     return distance
 
 
-@njit(cache=True)
+@compiled
 def best_actions(moves: Int32s, price: Ints, distance: Ints) -> Bytes:
     """(layers * cells,) the actions that lie on a cheapest way, as a sum of 1 << action; 0 where there is none.
 
@@ -146,7 +146,7 @@ def best_actions(moves: Int32s, price: Ints, distance: Ints) -> Bytes:
     return best
 
 
-@njit(cache=True)
+@compiled
 def cheapest_sets(moves: Int32s, prices: Ints, waypoints: Int32s) -> Bytes:
     """(m, layers * cells) best actions under each of m prices (m, layers or 1, cells) of entering cells."""
     sets = np.empty((len(prices), len(waypoints) * prices.shape[2]), dtype=np.uint8)

@@ -11,7 +11,6 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from advise_ros.core.numerics import Floats, Ints
 from advise_ros.core.site.chain import (
@@ -27,10 +26,11 @@ from advise_ros.core.site.chain import (
     prior_change,
     undo,
 )
+from advise_ros.core.site.compiled import compiled
 from advise_ros.core.site.layout import Bytes, Layout
 
 # The first is what is wanted, DOUBTING supplies maps that doubt the model of the pilot.
-TEMPERATURES = (1.0, 1.7, 3.0, 6.0)
+TEMPERATURES = (1.0, 1.7, 3.0, 9.0)
 DOUBTING = 2
 # Shares of the proposals, added up; what is left moves an area.
 RECTANGLE, BORDER, EXCHANGE = 0.55, 0.75, 0.9
@@ -84,7 +84,7 @@ def draw(problem: Problem, starts: Bytes, steps: int, keep: int, rng: np.random.
     return Draws(*_draw(problem, np.ascontiguousarray(starts), temperatures, steps, keep, BEGIN_HOTTER if fresh else 0.0, rng))
 
 
-@njit(cache=True)
+@compiled
 def _draw(  # noqa: PLR0913, PLR0917 - what `draw` is given
     problem: Problem, starts: Bytes, temperatures: Floats, steps: int, keep: int, hotter: float, rng: np.random.Generator,
 ) -> tuple[Bytes, Floats, Bytes, Bytes, Bytes, Floats, float]:
@@ -134,7 +134,7 @@ class Scratch(NamedTuple):
     stack: Ints
 
 
-@njit(cache=True)
+@compiled
 def _walk(  # noqa: PLR0913, PLR0917 - one inner loop
     problem: Problem, chain: Chain, journal: Journal, scratch: Scratch, temperature: float, best: Bytes,
     best_level: Floats, rng: np.random.Generator,
@@ -158,7 +158,7 @@ def _walk(  # noqa: PLR0913, PLR0917 - one inner loop
             best[:] = chain.levels
 
 
-@njit(cache=True)
+@compiled
 def propose(problem: Problem, levels: Bytes, scratch: Scratch, rng: np.random.Generator) -> int:
     """Choose places and new levels for them; returns how many, 0 for none.
 
@@ -190,7 +190,7 @@ def propose(problem: Problem, levels: Bytes, scratch: Scratch, rng: np.random.Ge
     return _shift(layout, levels, first, scratch, rng)
 
 
-@njit(cache=True)
+@compiled
 def _rectangle(  # noqa: PLR0913, PLR0917 - plain arrays are fast
     layout: Layout, levels: Bytes, first: int, one: int, other: int, scratch: Scratch, rng: np.random.Generator,
 ) -> int:
@@ -211,7 +211,7 @@ def _rectangle(  # noqa: PLR0913, PLR0917 - plain arrays are fast
     return count
 
 
-@njit(cache=True)
+@compiled
 def _border(  # noqa: PLR0913, PLR0917 - plain arrays are fast
     layout: Layout, levels: Bytes, first: int, one: int, other: int, scratch: Scratch, rng: np.random.Generator,
 ) -> int:
@@ -227,7 +227,7 @@ def _border(  # noqa: PLR0913, PLR0917 - plain arrays are fast
     return 0
 
 
-@njit(cache=True)
+@compiled
 def _exchange(layout: Layout, levels: Bytes, first: int, scratch: Scratch, rng: np.random.Generator) -> int:
     cell = int(rng.random() * len(layout.beside))
     x = cell % layout.width + int(rng.random() * (2 * NEAR + 1)) - NEAR
@@ -242,7 +242,7 @@ def _exchange(layout: Layout, levels: Bytes, first: int, scratch: Scratch, rng: 
     return 2
 
 
-@njit(cache=True)
+@compiled
 def _shift(layout: Layout, levels: Bytes, first: int, scratch: Scratch, rng: np.random.Generator) -> int:
     """Move the area around a random cell by one cell, if it then lies on plain cells and touches no other of its level."""
     begin, action = int(rng.random() * len(layout.beside)), int(rng.random() * 4)
@@ -273,7 +273,7 @@ def _shift(layout: Layout, levels: Bytes, first: int, scratch: Scratch, rng: np.
     return count
 
 
-@njit(cache=True)
+@compiled
 def _recolour(layout: Layout, levels: Bytes, kinds: int, scratch: Scratch, rng: np.random.Generator) -> int:
     """Give the area around a random cell another level, if it then touches no other of that level."""
     begin, further = int(rng.random() * len(layout.beside)), 1 + int(rng.random() * (kinds - 2))
@@ -290,7 +290,7 @@ def _recolour(layout: Layout, levels: Bytes, kinds: int, scratch: Scratch, rng: 
     return size if fits else 0
 
 
-@njit(cache=True)
+@compiled
 def _hand_over(layout: Layout, levels: Bytes, scratch: Scratch, rng: np.random.Generator) -> int:
     """Make an area of all ways one of the way to one waypoint, or back, if it then touches no other there."""
     n = len(layout.beside)
@@ -313,7 +313,7 @@ def _hand_over(layout: Layout, levels: Bytes, scratch: Scratch, rng: np.random.G
     return count if fits else 0
 
 
-@njit(cache=True)
+@compiled
 def _area(
     layout: Layout, levels: Bytes, first: int, begin: int, marked: Bytes, stack: Ints,
 ) -> int:
@@ -332,7 +332,7 @@ def _area(
     return size
 
 
-@njit(cache=True)
+@compiled
 def _alone(  # noqa: PLR0913, PLR0917 - plain arrays are fast
     layout: Layout, levels: Bytes, first: int, under: int, level: int, marked: Bytes, cell: int,
 ) -> bool:

@@ -24,7 +24,7 @@ from advise_ros.core.errors import InputError
 from advise_ros.core.grid.grid import N_ACTIONS
 from advise_ros.core.numerics import Floats, Ints
 from advise_ros.core.site.layout import Layout
-from advise_ros.core.site.plan import SCALE, lowest
+from advise_ros.core.site.plan import SCALE, first_of
 from advise_ros.core.site.search import all_distances, best_actions
 
 PACKAGE = 'irl_maxent'
@@ -84,7 +84,7 @@ def fit(layout: Layout, flights: Sequence[Demonstration]) -> Floats:
 def fly(layout: Layout, costs: Floats) -> Ints:
     """(states,) the actions of the cheapest ways when entering cells costs so much (cells,)."""
     whole = np.round(SCALE * costs).astype(np.int64)
-    return lowest(best_actions(layout.moves, whole, all_distances(layout.moves, whole, layout.waypoints)))
+    return first_of(best_actions(layout.moves, whole, all_distances(layout.moves, whole, layout.waypoints)))
 
 
 def _legs(layout: Layout, flights: Sequence[Demonstration]) -> list[FlownLeg]:

@@ -66,13 +66,13 @@ def test_what_a_question_decides_comes_back_from_its_message() -> None:
 
 
 def test_who_has_enough_advice_would_fly_and_says_in_which_unit(learned: Learned) -> None:
-    done = replace(learned, query=None, enough_advice=True, least_worth=0.25, worth_unit='steps saved')
-    sentence = 'I would fly it now: no question is worth an answer any more (each less than 0.25 steps saved).'
+    done = replace(learned, query=None, enough_advice=True, least_worth=LearnSettings.enough, worth_unit='steps saved')
+    sentence = 'I would fly it now: no question is worth an answer any more (each less than 1.5 steps saved).'
     assert convert_advice.no_query_to_msg(done, -1, 0).question == sentence
 
 
 @pytest.mark.parametrize(('acquisition', 'unit', 'least'), [
-    ('site', 'steps saved', 0.25), ('occupancy', 'nat^2 a visit', 0.0), ('belief', 'nat^2 a visit', 0.0),
+    ('site', 'steps saved', LearnSettings.enough), ('occupancy', 'nat^2 a visit', 0.0), ('belief', 'nat^2 a visit', 0.0),
 ])  # fmt: skip
 def test_the_unit_of_doubt_is_that_of_the_acquisition_in_effect(acquisition: str, unit: str, least: float) -> None:
     """Beliefs need five moves a state; one flight has fewer, and the default decides."""

@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
+import pytest
 
 from advise_ros.core.advice.advice import AdviceRecord, Verdict
 from advise_ros.core.advice.state import advice_state
 from advise_ros.core.demonstrations.demonstration import count
+from advise_ros.core.site import plan as plan_module
+from advise_ros.core.site import search, tempering
 from advise_ros.core.site.layout import layout_of
 from advise_ros.core.site.plan import plan
 from advise_ros.core.site.within_advise import belief_of, imitate
@@ -29,3 +34,9 @@ def test_an_answer_stands_in_each_state_for_what_is_believed_right_there_over_al
     assert rows == {
         **{(state,): ((1,), (0, 2, 3)) for state in east_alone}, **{(state,): ((0,), (1, 2, 3)) for state in north_alone},
     }, 'where WEST is believed right the answer is outvoted'
+
+
+@pytest.mark.parametrize('loop', [tempering._draw, search.cheapest_sets, plan_module._least, plan_module._expected_costs])
+def test_others_go_on_while_compiled_loops_run(loop: Any) -> None:
+    """On 20 x 20 cells the executor stood still for 1.4 s while maps were drawn in the worker's thread."""
+    assert loop.targetoptions['nogil']
