@@ -13,10 +13,12 @@ from std_srvs.srv import Trigger
 from advise_msgs import msg, srv
 from advise_ros.config import AdviseConfig
 from advise_ros.core.advice.advice import Outcome, active
-from advise_ros.core.demonstrations.demonstration import known, standing
+from advise_ros.core.demonstrations.demonstration import Demonstration, known, standing
 from advise_ros.core.errors import AdviseError
+from advise_ros.core.grid.grid import Grid
 from advise_ros.core.learning.learner import Learned
 from advise_ros.core.learning.session import Session
+from advise_ros.core.site.prior import SitePrior
 from advise_ros.nodes.route_grid import grid_of
 from advise_ros.recording.demofile import load_demonstrations
 from advise_ros.recording.savedsession import SavedSession
@@ -27,6 +29,13 @@ from advise_ros.ros.worker import Finished, Worker
 from advise_ros.settings import learn_settings
 
 Status = msg.LearnerStatus
+
+
+def compare(grid: Grid, flights: tuple[Demonstration, ...], seed: int, prior: SitePrior) -> str:
+    """What a person should read of flights that look like those of two; '' of one."""
+    from advise_ros.core.site.within_advise import two_people_in_words  # noqa: PLC0415 - takes half a second to import
+
+    return two_people_in_words(grid, flights, seed, prior)
 
 
 class AdviseNode(Node):
@@ -68,7 +77,8 @@ class AdviseNode(Node):
         self._learning_size: tuple[int, int] = (0, 0)
         self._failure = ''
         self._failed_at: tuple[int, int] | None = None
-        self._refused = self._not_kept = ''
+        self._refused = self._not_kept = self._two_people = ''
+        self._compared: tuple[Demonstration, ...] = ()
         self._solve_s = 0.0
         self._wake = self.create_guard_condition(self._deliver)
         self._worker = Worker(self._wake.trigger)
@@ -188,6 +198,27 @@ class AdviseNode(Node):
         )
         self.get_logger().info(self._question())
         self._keep_site(learned)
+        self._compare(learned)
+
+    def _compare(self, learned: Learned) -> None:
+        """Whether the flights are one person's is looked at when there is nothing else to do, once for the same flights."""
+        flights = standing(self._session.demonstrations)
+        if learned.keep_out is None or flights == self._compared:
+            return
+        self._compared, self._two_people = flights, ''
+        seed, prior = learned.settings.seed, self._session.prior
+        self._worker.submit_idle(partial(compare, learned.grid, flights, seed, prior), partial(self._on_compared, flights))
+
+    def _on_compared(self, flights: tuple[Demonstration, ...], finished: Finished) -> None:
+        if flights != self._compared:
+            return
+        if finished.error is not None:
+            self.get_logger().error(f"whether the flights are one person's could not be looked at: {finished.error}")
+            return
+        self._two_people = finished.value
+        if self._two_people:
+            self.get_logger().warning(self._two_people)
+            self._tell()
 
     def _keep_site(self, learned: Learned) -> None:
         """What was learnt of the site is on the disk with each policy."""
@@ -264,6 +295,8 @@ class AdviseNode(Node):
         """What is not as it should be, though work goes on; a sentence each."""
         notes = [note for note in (self._refused, self._not_kept, self._site_remark) if note]
         notes += [f'Session file {self.config.session_file}: {sentence}.' for sentence in self._saved.loaded.dropped]
+        if self._two_people:
+            notes.append(f'{self._two_people[0].upper()}{self._two_people[1:]}.')
         if self._learned is not None and self._learned.contradictions:
             sentence = calls.cannot_hold(self._learned.contradictions)
             notes.append(f'{sentence.capitalize()}; advise/retract takes one back.')

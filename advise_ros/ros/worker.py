@@ -26,7 +26,8 @@ Done = Callable[[Finished], None]
 
 
 class Worker:
-    """Runs jobs in one daemon thread: those of `submit` first, in their order, then the newest of `submit_newest`.
+    """Runs jobs in one daemon thread: those of `submit` first, in their order, then the newest of `submit_newest`, and when
+    nothing else is left to do the newest of `submit_idle`.
 
     The solvers release Python's interpreter lock, so a thread leaves the executor responsive, without
     the memory and the start-up of a process. The thread is a daemon: a solve that is still running does
@@ -38,6 +39,7 @@ class Worker:
         self._wake = wake
         self._jobs: deque[tuple[Job, Done]] = deque()
         self._newest: tuple[Job, Done] | None = None
+        self._idle: tuple[Job, Done] | None = None
         self._finished: deque[tuple[Done, Finished]] = deque()
         self._changed = threading.Condition()
         self._closed = False
@@ -59,6 +61,13 @@ class Worker:
         if replaced is not None:
             self._finished.append((replaced[1], Finished(None, Superseded('a newer one took its place'), 0.0)))
             self._wake()
+
+    def submit_idle(self, job: Job, done: Done) -> None:
+        """Run a job when no other waits; one that still waits to run gives way and is forgotten."""
+        with self._changed:
+            self._idle = (job, done)
+            self._changed.notify()
+        self._start()
 
     def deliver(self) -> None:
         """Call `done` of every finished job; to be called on the executor's thread."""
@@ -87,12 +96,16 @@ class Worker:
 
     def _next(self) -> tuple[Job, Done]:
         with self._changed:
-            while not self._jobs and self._newest is None:
+            while True:
+                if self._jobs:
+                    return self._jobs.popleft()
+                if self._newest is not None:
+                    newest, self._newest = self._newest, None
+                    return newest
+                if self._idle is not None:
+                    idle, self._idle = self._idle, None
+                    return idle
                 self._changed.wait()
-            if self._jobs or self._newest is None:
-                return self._jobs.popleft()
-            newest, self._newest = self._newest, None
-            return newest
 
 
 def _run(job: Job) -> Finished:

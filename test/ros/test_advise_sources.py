@@ -15,6 +15,7 @@ from advise_msgs.srv import AnswerQuery
 from advise_ros.config import AdviseConfig
 from advise_ros.core.advice.advice import Code, Verdict
 from advise_ros.core.learning.learner import learn
+from advise_ros.experiments.routes.cases import RouteCase, trial_of
 from advise_ros.recording.demofile import save_demonstrations
 from advise_ros.ros import convert, convert_advice, qos
 from advise_ros.settings import learn_settings
@@ -41,6 +42,16 @@ def test_a_demonstration_that_does_not_fit_is_refused_and_the_rest_goes_on(graph
     learner.demonstrate(0)
     assert learner.policy(1, 0).version == 1
     assert 'refused' not in learner.status(LearnerStatus.ASKING).message
+
+
+def test_flights_of_two_people_with_other_wishes_are_named(graph: Graph, tmp_path: Path) -> None:
+    trial = trial_of(RouteCase('6x6-4', people=2), 41_502)
+    save_demonstrations(tmp_path / 'demos.json', trial.flights)
+    file = str(tmp_path / 'demos.json')
+    Learner(graph, write_grid(tmp_path, trial.site.grid), acquisition='site', demonstrations_file=file)
+    named = [trial.flights[flight].demonstration_id for flight in (1, 3)]
+    words = f'Flights {named[0]} and {named[1]} look like those of somebody with other wishes: ('
+    graph.wait_for('advise/status', LearnerStatus, lambda m: words in m.message, LATCHED)
 
 
 def test_demonstrations_from_a_file_are_shown_to_all_and_learnt_with_those_that_come(

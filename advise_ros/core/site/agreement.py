@@ -43,13 +43,14 @@ class TwoPeople(NamedTuple):
     theirs: tuple[int, ...]
     others: tuple[int, ...]
 
-    def sentence(self, layout: Layout) -> str:
+    def sentence(self, layout: Layout, names: Sequence[str]) -> str:
         """What the person who learns from the flights should read.
 
         Args:
             layout: of the flights.
+            names: of all flights.
         """
-        named, verb = listed([str(flight + 1) for flight in self.flights]), 'look' if len(self.flights) > 1 else 'looks'
+        named, verb = listed([names[flight] for flight in self.flights]), 'look' if len(self.flights) > 1 else 'looks'
         places = [_places(layout, cells) for cells in (self.theirs, self.others)]
         return (
             f'flight{"s" * (len(self.flights) > 1)} {named} {verb} like those of somebody with other wishes: '

@@ -6,7 +6,7 @@ ways of `questions` and what their answers are expected to save; equation (1) an
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import lru_cache
 from typing import NamedTuple
@@ -15,9 +15,10 @@ import numpy as np
 
 from advise_ros.core.advice.advice import AdviceRecord, Verdict
 from advise_ros.core.advice.state import AdviceState, Imitated, advice_state
-from advise_ros.core.demonstrations.demonstration import Counts
+from advise_ros.core.demonstrations.demonstration import Counts, Demonstration, count
 from advise_ros.core.grid.grid import N_ACTIONS, Grid
 from advise_ros.core.numerics import Ints
+from advise_ros.core.site.agreement import FEWEST_FLIGHTS, two_people
 from advise_ros.core.site.belief import SiteAnswer, SiteBelief, believe, tell
 from advise_ros.core.site.keep import evidence_of
 from advise_ros.core.site.layout import layout_of
@@ -65,6 +66,25 @@ def _remembered(known: BeliefKey, answers: tuple[SiteAnswer, ...]) -> SiteBelief
 
 def _answers(advice: AdviceState) -> tuple[SiteAnswer, ...]:
     return tuple(SiteAnswer(one.states, one.preferred, one.avoided) for one in answers_of(advice))
+
+
+def two_people_in_words(
+    grid: Grid, flights: Sequence[Demonstration], seed: int, prior: SitePrior = NOTHING,
+) -> str:
+    """Which of the flights look like those of a person with other wishes, in one sentence; '' if none do.
+
+    Args:
+        grid: the site and the route.
+        flights: at least FEWEST_FLIGHTS, or nothing is said.
+        seed: of every random choice.
+        prior: what was learnt on other routes.
+    """
+    if len(flights) < FEWEST_FLIGHTS:
+        return ''
+    belief = belief_of(grid, count(grid, flights), advice_state(()), seed, prior)
+    rng, layout = np.random.default_rng([seed, 2]), layout_of(grid)
+    found = two_people(layout, [count(grid, [flight]).taken for flight in flights], belief, rng)
+    return '' if found is None else found.sentence(layout, [flight.demonstration_id for flight in flights])
 
 
 def imitate(grid: Grid, belief: SiteBelief, advice: AdviceState, slip: float = 0.0) -> Imitated:

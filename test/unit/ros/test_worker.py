@@ -77,3 +77,24 @@ def test_of_previews_that_wait_the_newest_runs_and_after_what_is_to_be_learnt() 
     assert ran == ['first', 'learning', 'newest preview']
     assert {name for name, done in ended.items() if isinstance(done.error, Superseded)} == {'old preview', 'newer preview'}
     assert ended['newest preview'].error is None
+
+
+def test_idle_work_is_done_when_nothing_else_waits_and_only_the_newest() -> None:
+    go, begun, woken = threading.Event(), threading.Event(), threading.Semaphore(0)
+    ran: list[str] = []
+    worker = Worker(woken.release)
+
+    def first() -> None:
+        begun.set()
+        go.wait(10)
+
+    worker.submit(first, lambda done: None)
+    assert begun.wait(10)
+    for name in ('old', 'new'):
+        worker.submit_idle(lambda name=name: ran.append(name), lambda done: None)
+    worker.submit_newest(lambda: ran.append('preview'), lambda done: None)
+    worker.submit(lambda: ran.append('learning'), lambda done: None)
+    go.set()
+    for _ in range(4):
+        assert woken.acquire(timeout=10)
+    assert ran == ['learning', 'preview', 'new']

@@ -22,7 +22,7 @@ def test_two_people_are_named_and_one_is_not() -> None:
     found = divided(RouteCase('6x6-4', people=2), 41_502)
     assert found is not None
     assert found.flights == (1, 3)
-    said = found.sentence(layout_of(trial_of(RouteCase('6x6-4'), 41_502).site.grid))
+    said = found.sentence(layout_of(trial_of(RouteCase('6x6-4'), 41_502).site.grid), ['1', '2', '3', '4', '5'])
     assert said.startswith('flights 2 and 4 look like those of somebody with other wishes: (')
     assert divided(RouteCase('6x6-4'), 41_502) is None
 
