@@ -23,11 +23,11 @@ from scipy.stats import t
 
 from advise_ros.core.demonstrations.demonstration import Demonstration, count
 from advise_ros.core.grid.grid import Grid
+from advise_ros.core.grid.tables import occurring, successors
 from advise_ros.core.learning import algorithm
 from advise_ros.core.numerics import Bools
 from advise_ros.core.people.simulated_pilot import SimulatedPilot, demonstrate
 from advise_ros.core.people.trial import TrialSettings, follow
-from advise_ros.core.planning.process import occurring, successors
 from advise_ros.core.planning.rollout import optimal_table
 from advise_ros.core.statistics import share_in_words
 from advise_ros.recording.gridfile import load_grid

@@ -9,11 +9,12 @@ import numpy as np
 from advise_ros.core.advice.advice import AdviceRecord, Verdict
 from advise_ros.core.advice.state import preferences
 from advise_ros.core.grid.grid import N_ACTIONS, Grid
+from advise_ros.core.grid.tables import occurring, terminal
 from advise_ros.core.irl.program import Evidence, Problem, pose
 from advise_ros.core.irl.settings import Terms
 from advise_ros.core.numerics import Ints
 from advise_ros.core.people.simulated_expert import SimulatedExpert
-from advise_ros.core.planning.process import Mdp, mdp_of, occurring, terminal
+from advise_ros.core.planning.process import Mdp, mdp_of
 from advise_ros.core.planning.rollout import optimal_table
 
 SLIP, GAMMA = 0.1, 0.95

@@ -15,9 +15,9 @@ from advise_ros.config import PolicyConfig
 from advise_ros.core.advice.advice import AdviceRecord, AnswerOption, Query, Verdict
 from advise_ros.core.demonstrations.demonstration import Counts, Demonstration, count
 from advise_ros.core.grid.grid import N_ACTIONS, Grid
+from advise_ros.core.grid.tables import terminal
 from advise_ros.core.irl.settings import LearnSettings
 from advise_ros.core.numerics import Floats
-from advise_ros.core.planning.process import terminal
 from advise_ros.core.planning.rollout import expected_success, rollout, step_budget
 from advise_ros.core.questions.uncertainty import uncertainty
 from advise_ros.core.units import NS

@@ -10,7 +10,8 @@ from functools import lru_cache
 import numpy as np
 
 from advise_ros.core.grid.grid import Action, Grid
-from advise_ros.core.planning.process import grid_features, mdp_of, occurring, terminal
+from advise_ros.core.grid.tables import occurring, terminal
+from advise_ros.core.planning.process import grid_features, mdp_of
 from advise_ros.core.planning.rollout import step_budget
 from advise_ros.domains.domain import Domain, Measure
 

@@ -10,7 +10,8 @@ import numpy as np
 
 from advise_ros.core.demonstrations.demonstration import Counts, count
 from advise_ros.core.errors import InputError
-from advise_ros.core.planning.process import Mdp, mdp_of, occurring
+from advise_ros.core.grid.tables import occurring
+from advise_ros.core.planning.process import Mdp, mdp_of
 from advise_ros.domains import DOMAINS, find
 from advise_ros.domains.domain import Domain
 from advise_ros.domains.drone import GAMMA, route

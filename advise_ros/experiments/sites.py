@@ -14,11 +14,11 @@ import numpy as np
 from advise_ros.core.demonstrations.demonstration import Demonstration, EndReason
 from advise_ros.core.errors import InputError
 from advise_ros.core.grid.grid import N_ACTIONS, Grid
+from advise_ros.core.grid.tables import occurring
 from advise_ros.core.numerics import Bools, Floats, Ints
 from advise_ros.core.people.known_site import Site, judge, site_with
 from advise_ros.core.people.simulated_expert import SimulatedExpert
 from advise_ros.core.people.simulated_pilot import SimulatedPilot, demonstrate
-from advise_ros.core.planning.process import occurring
 from advise_ros.core.site.layout import Bytes, layout_of
 from advise_ros.core.site.search import FAR, all_distances
 

@@ -9,9 +9,9 @@ import numpy as np
 
 from advise_ros.core.errors import InputError
 from advise_ros.core.grid.grid import Grid
+from advise_ros.core.grid.tables import occurring
 from advise_ros.core.numerics import Floats, Ints
 from advise_ros.core.people.known_site import Site
-from advise_ros.core.planning.process import occurring
 from advise_ros.core.planning.rollout import Rollout, rollout
 from advise_ros.core.site.layout import Bytes, layout_of
 from advise_ros.core.site.pilots import AVOID_AT_ALL_COST, IN_SET, best_sets

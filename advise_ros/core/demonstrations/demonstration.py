@@ -11,8 +11,8 @@ import numpy as np
 
 from advise_ros.core.errors import InputError
 from advise_ros.core.grid.grid import N_ACTIONS, Grid
+from advise_ros.core.grid.tables import terminal
 from advise_ros.core.numerics import Floats, Ints
-from advise_ros.core.planning.process import terminal
 
 
 class EndReason(IntEnum):

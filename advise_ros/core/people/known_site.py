@@ -13,8 +13,8 @@ import numpy as np
 import numpy.typing as npt
 
 from advise_ros.core.grid.grid import Grid
+from advise_ros.core.grid.tables import occurring
 from advise_ros.core.numerics import Bools
-from advise_ros.core.planning.process import occurring
 from advise_ros.core.planning.rollout import optimal_table, rollout, shortest_route
 from advise_ros.core.site.layout import Bytes, layout_of
 

@@ -7,8 +7,8 @@ import numpy as np
 from advise_ros.core.demonstrations.demonstration import Audit, Demonstration, EndReason
 from advise_ros.core.errors import InputError
 from advise_ros.core.grid.grid import Grid
+from advise_ros.core.grid.tables import occurring, successors
 from advise_ros.core.numerics import Bools
-from advise_ros.core.planning.process import occurring, successors
 from advise_ros.core.planning.rollout import optimal_table
 
 # In a state with a mistake, the share of moves that make it (while the noise rate allows).

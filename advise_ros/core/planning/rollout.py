@@ -9,8 +9,9 @@ from typing import NamedTuple
 import numpy as np
 
 from advise_ros.core.grid.grid import N_ACTIONS, Grid
+from advise_ros.core.grid.tables import terminal
 from advise_ros.core.numerics import Bools, Ints
-from advise_ros.core.planning.process import mdp_of, terminal
+from advise_ros.core.planning.process import mdp_of
 
 
 @lru_cache(maxsize=8)

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from advise_ros.core.grid.grid import N_ACTIONS, Grid
-from advise_ros.core.planning.process import occurring
+from advise_ros.core.grid.tables import occurring
 
 Int32s = npt.NDArray[np.int32]
 Bytes = npt.NDArray[np.uint8]

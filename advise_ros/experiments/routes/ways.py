@@ -12,13 +12,13 @@ import numpy as np
 
 from advise_ros.core.demonstrations.demonstration import count
 from advise_ros.core.grid.grid import Grid
+from advise_ros.core.grid.tables import successors
 from advise_ros.core.irl.settings import LearnSettings
 from advise_ros.core.learning.learner import Learned, learn
 from advise_ros.core.learning.session import Session
 from advise_ros.core.numerics import Bools, Ints
 from advise_ros.core.people.known_site import Site, judge
 from advise_ros.core.people.simulated_pilot import SimulatedPilot, demonstrate
-from advise_ros.core.planning.process import successors
 from advise_ros.core.planning.rollout import optimal_table
 from advise_ros.core.site import within_advise
 from advise_ros.core.site.layout import layout_of

@@ -8,9 +8,9 @@ import pytest
 from advise_ros.config import AdviseConfig
 from advise_ros.core.demonstrations.demonstration import count
 from advise_ros.core.errors import InputError
+from advise_ros.core.grid.tables import occurring
 from advise_ros.core.irl.settings import LearnSettings
 from advise_ros.core.learning.learner import learn
-from advise_ros.core.planning.process import occurring
 from advise_ros.core.planning.rollout import optimal_table, rollout
 from advise_ros.demo.options import node_config
 from advise_ros.settings import learn_settings

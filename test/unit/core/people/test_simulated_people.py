@@ -9,11 +9,11 @@ from advise_ros.core.advice.advice import Query, Verdict
 from advise_ros.core.demonstrations.demonstration import EndReason
 from advise_ros.core.errors import InputError
 from advise_ros.core.grid.grid import Grid
+from advise_ros.core.grid.tables import occurring
 from advise_ros.core.irl.settings import LearnSettings
 from advise_ros.core.people.simulated_expert import SimulatedExpert
 from advise_ros.core.people.simulated_pilot import SimulatedPilot, demonstrate
 from advise_ros.core.people.trial import TrialSettings, run_trial
-from advise_ros.core.planning.process import occurring
 from advise_ros.core.planning.rollout import optimal_table
 from support.learning import EAST, NORTH, ROUND_TRIP, SOUTH, WEST, ready
 

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from advise_ros.core.grid.grid import Grid
-from advise_ros.core.planning.process import boltzmann, greedy, mdp_of, occupancy, occurring, plan, successors, terminal
+from advise_ros.core.grid.tables import occurring, successors, terminal
+from advise_ros.core.planning.process import boltzmann, greedy, mdp_of, occupancy, plan
 from support.learning import CORRIDOR, EAST, ROUND_TRIP, WEST
 
 BLOCKED = Grid(1.0, 3, 3, (0.0, 0.0), 2.0, (2, 6), (4,))

@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 from advise_ros.core.demonstrations.demonstration import Counts
+from advise_ros.core.grid.tables import occurring
 from advise_ros.core.irl.settings import LearnSettings
 from advise_ros.core.numerics import Ints
-from advise_ros.core.planning.process import grid_features, occurring, process_of
+from advise_ros.core.planning.process import grid_features, process_of
 from advise_ros.core.questions.clusters import (
     FINER,
     NO_CLUSTER,
