@@ -11,6 +11,7 @@ from advise_ros.recording.bags import read_bag
 from advise_ros.recording.dataflash import read_dataflash
 from advise_ros.recording.filekind import BAG_KINDS, ENDINGS, FileKind, is_bag, kind_of, what_it_is
 from advise_ros.recording.place import Place
+from advise_ros.recording.storage import unpacked
 from advise_ros.recording.tlog import read_tlog
 from advise_ros.recording.topics import DEFAULT_TOPICS, BagTopics
 from advise_ros.recording.ulog import read_ulog
@@ -28,8 +29,23 @@ def _dataflash(path: Path, topics: BagTopics, place: Place | None, progress: Pro
     return read_dataflash(path, place, progress)
 
 
+def _packed(path: Path, topics: BagTopics, place: Place | None, progress: ProgressCallback | None) -> Recording:
+    """A file compressed with zstd: of a bag, or a log."""
+    with unpacked(path) as (there, problem):
+        kind = kind_of(there)
+        if kind in BAG_KINDS or kind not in READERS:
+            return _bag(path, topics, place, progress)
+        try:
+            found = READERS[kind](there, topics, place, progress)
+        except LogError as trouble:
+            raise LogError(str(trouble).replace(str(there), str(path))) from None
+        notes = (*found.notes, problem) if problem else found.notes
+        return found._replace(source=found.source.replace(str(there), str(path)), notes=notes)
+
+
 READERS: Mapping[FileKind, Reader] = {
     **dict.fromkeys(BAG_KINDS, _bag),
+    FileKind.ZSTD: _packed,
     FileKind.TLOG: lambda path, topics, place, progress: read_tlog(path, progress, topics.vehicle, place),
     FileKind.ULOG: lambda path, topics, place, progress: read_ulog(path, place, progress),
     FileKind.DATAFLASH: _dataflash,

@@ -155,14 +155,14 @@ class BagSource:
     def blocks(self, progress: ProgressCallback | None = None) -> Iterator[Block]:
         for file in self.files:
             try:
-                with _unpacked(file) as (there, problem):
+                with unpacked(file) as (there, problem):
                     if problem:
                         self.lost(file, problem)
                     for block in self._of_file(file, there, progress):
                         self._count += len(block.starts)
-                        unpacked = uncompressed(block)
-                        self.packed = self.packed or unpacked is not block
-                        yield unpacked
+                        plain = uncompressed(block)
+                        self.packed = self.packed or plain is not block
+                        yield plain
             except LogError:
                 self.whole = False
                 raise
@@ -314,7 +314,7 @@ def _block(chunk: WholeChunk, channels: _Channels) -> Block:
 
 
 @contextmanager
-def _unpacked(file: Path) -> Iterator[tuple[Path, str]]:
+def unpacked(file: Path) -> Iterator[tuple[Path, str]]:
     """The file, or what a file compressed with zstd holds, as far as it can be unpacked; and what is wrong with that."""
     if kind_of(file) is not FileKind.ZSTD:
         yield file, ''

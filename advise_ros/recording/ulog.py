@@ -28,6 +28,8 @@ VELOCITIES = (('velocity[0]', 'velocity[1]', 'velocity[2]'), ('vx', 'vy', 'vz'))
 
 # pyulog reads a few bytes at a time.
 BUFFER = 1024 * 1024
+# Before each message.
+HEAD_BYTES = 3
 
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
@@ -36,20 +38,28 @@ Columns = Mapping[str, npt.NDArray[Any]]
 ProgressCallback = Callable[[int, int], None]
 
 
-class _Watched(FileIO):
-    """A file that says how far it was read."""
+class _Watched(BufferedReader):
+    """A log that says how far it was read, and whether its last message is whole.
+
+    Attributes:
+        cut: a message was shorter than its head says; at the very end pyulog asks for a further head in vain.
+    """
 
     def __init__(self, path: Path, progress: ProgressCallback | None) -> None:
-        super().__init__(path)
-        self._progress, self._size, self._said = progress, path.stat().st_size, 0
+        super().__init__(FileIO(path), BUFFER)
+        self.cut = False
+        self._progress, self._size = progress, path.stat().st_size
+        self._read, self._said = 0, 0
 
-    def readinto(self, buffer: Any, /) -> int | None:
-        count = super().readinto(buffer)
-        at = self.tell()
-        if self._progress is not None and at - self._said > self._size // 100:
-            self._said = at
-            self._progress(at, self._size)
-        return count
+    def read(self, size: int | None = -1, /) -> bytes:
+        data = super().read(size)
+        self._read += len(data)
+        if size is not None and len(data) < size and (data or size != HEAD_BYTES):
+            self.cut = True
+        if self._progress is not None and self._read - self._said > self._size // 100:
+            self._said = self._read
+            self._progress(self._read, self._size)
+        return data
 
 
 def read_ulog(path: str | Path, place: Place | None = None, progress: ProgressCallback | None = None) -> Recording:
@@ -69,8 +79,9 @@ def read_ulog(path: str | Path, place: Place | None = None, progress: ProgressCa
     from pyulog import ULog  # noqa: PLC0415  few need it
 
     try:
-        with BufferedReader(_Watched(Path(path), progress), BUFFER) as file:
+        with _Watched(Path(path), progress) as file:
             log: Any = ULog(file, [POSITION, STATUS, LANDED, SETPOINT], disable_str_exceptions=True)
+            cut = file.cut
     except OSError as problem:
         raise LogError(f'{path} cannot be read ({problem.strerror}); name another recording') from None
     except Exception as problem:  # pyulog lets many types through for damaged files
@@ -79,14 +90,15 @@ def read_ulog(path: str | Path, place: Place | None = None, progress: ProgressCa
     if POSITION not in topics:
         raise LogError(f'{path} has no {POSITION}; log it (SDLOG_PROFILE) and fly again')
     try:
-        return _recording(path, topics, place, _damages(log))
+        return _recording(path, topics, place, _damages(log, cut=cut))
     except LogError as problem:
         raise LogError(f'{path}: {problem}') from None
 
 
-def _damages(log: Any) -> list[str]:
+def _damages(log: Any, *, cut: bool) -> list[str]:
     lost_ms = sum(dropout.duration for dropout in log.dropouts)
     said = [f'the autopilot lost {lost_ms / 1000:.2f} s of its log ({len(log.dropouts)} dropouts)'] if log.dropouts else []
+    said += ['the last message is cut off'] * cut
     return said + ['it is damaged; what is whole was read'] * bool(log.file_corruption)
 
 

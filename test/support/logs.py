@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Iterator, Sequence
+from typing import Any
 
 import numpy as np
 
 from advise_ros.core.demonstrations.samples import Recording
 from advise_ros.mavlink.ardupilot import MODES
+from advise_ros.mavlink.messages import dialect
 
 # Number, struct format and FMT's text, of each type.
 TYPES = {
@@ -72,6 +74,32 @@ def packed(name: str, *values: object) -> bytes:
 
 def _us(stamps_ns: np.ndarray) -> list[int]:
     return (stamps_ns // 1000).tolist()
+
+
+# -- telemetry -------------------------------------------------------------------------------------
+def tlog(recording: Recording) -> bytes:
+    """A .tlog with the positions, commands and states of a recording.
+
+    Args:
+        recording: what was flown.
+    """
+    codec = dialect.MAVLink(None, 1, 1)
+    rows: list[tuple[int, Any]] = []
+    for stamp, (east, north, up) in zip(_us(recording.poses.stamps_ns), recording.poses.positions_enu_m.tolist(), strict=True):
+        rows.append((stamp, dialect.MAVLink_local_position_ned_message(stamp // 1000 % 2**32, north, east, -up, 0, 0, 0)))
+    for stamp, (east, north, up) in zip(
+        _us(recording.commands.stamps_ns), recording.commands.velocities_enu_m_s.tolist(), strict=True,
+    ):
+        rows.append((stamp, dialect.MAVLink_set_position_target_local_ned_message(
+            0, 1, 1, 1, 0x5C7, 0, 0, 0, north, east, -up, 0, 0, 0, 0, 0,
+        )))
+    for event in recording.events:
+        stamp = event.stamp_ns // 1000
+        rows.append((stamp, dialect.MAVLink_heartbeat_message(2, 3, 128 if event.armed else 0, 4, 4, 3)))
+        rows.append((stamp, dialect.MAVLink_extended_sys_state_message(0, 2 if event.in_air else 1)))
+    return b''.join(
+        stamp.to_bytes(8, 'big') + bytes(message.pack(codec)) for stamp, message in sorted(rows, key=lambda row: row[0])
+    )
 
 
 # -- ULog ------------------------------------------------------------------------------------------
