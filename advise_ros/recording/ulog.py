@@ -38,7 +38,7 @@ Columns = Mapping[str, npt.NDArray[Any]]
 ProgressCallback = Callable[[int, int], None]
 
 
-class _Watched(BufferedReader):
+class _WatchedFile(BufferedReader):
     """A log that says how far it was read, and whether its last message is whole.
 
     Attributes:
@@ -79,7 +79,7 @@ def read_ulog(path: str | Path, place: Place | None = None, progress: ProgressCa
     from pyulog import ULog  # noqa: PLC0415  few need it
 
     try:
-        with _Watched(Path(path), progress) as file:
+        with _WatchedFile(Path(path), progress) as file:
             log: Any = ULog(file, [POSITION, STATUS, LANDED, SETPOINT], disable_str_exceptions=True)
             cut = file.cut
     except OSError as problem:

@@ -152,7 +152,7 @@ class RawSubscriptions:
     def offers(self, topic: str) -> list[Qos]:
         """What the present publishers of a topic offer, as bags store it; what we ask for when they are gone."""
         profiles = [publisher.qos_profile for publisher in self._node.get_publishers_info_by_topic(topic)]
-        return [_as_recorded(profile) for profile in profiles or [self._entries[topic].profile]]
+        return [as_recorded(profile) for profile in profiles or [self._entries[topic].profile]]
 
     def _adapt(self, topic: str) -> None:
         publishers = self._node.get_publishers_info_by_topic(topic)
@@ -213,7 +213,8 @@ def _absolute(node: Node, pattern: str) -> str:
     return pattern if pattern.startswith('/') else f'{node.get_namespace().rstrip("/")}/{pattern}'
 
 
-def _as_recorded(profile: QoSProfile) -> Qos:
+def as_recorded(profile: QoSProfile) -> Qos:
+    """A profile as bags keep it."""
     return Qos(
         QosHistory(int(profile.history)),
         profile.depth,

@@ -4,6 +4,8 @@ import re
 from pathlib import Path
 
 import pytest
+import yaml
+from mcap.reader import make_reader
 
 from advise_ros.recording import platform
 from advise_ros.recording.codec import Codec
@@ -45,6 +47,19 @@ def test_the_sessions_that_ship_are_these() -> None:
 
 def notes(name: str) -> list[str]:
     return [note for stage in AdviseBag(ROOT / 'bags' / name).replay().stages for note in stage.notes]
+
+
+@pytest.mark.parametrize('name', ['simulated_session', 'arducopter_session', 'contradictory_answers'])
+def test_each_topic_is_played_as_it_was_offered(name: str) -> None:
+    """`ros2 bag play` offers as volatile what a bag says nothing about, and nodes that want a latched topic get nothing of it."""
+    with (ROOT / 'bags' / name / f'{name}_0.mcap').open('rb') as file:
+        summary = make_reader(file).get_summary()
+    assert summary is not None
+    offered = {channel.topic: yaml.safe_load(channel.metadata['offered_qos_profiles']) for channel in summary.channels.values()}
+    assert all(offered.values())
+    latched = [topic for topic, profiles in offered.items() if topic.endswith(('demonstration', 'policy', 'vehicle_status'))
+               and profiles[0]['durability'] == 'transient_local']
+    assert len(latched) == 3
 
 
 def test_each_is_what_its_name_says() -> None:

@@ -27,15 +27,20 @@ from advise_ros.recording import platform
 from advise_ros.recording.definitions import definition
 from advise_ros.recording.writer import BagWriter
 from advise_ros.replay.session import READ_AT
-from advise_ros.ros import convert, convert_advice
+from advise_ros.ros import convert, convert_advice, qos
 from advise_ros.ros.cdr import to_cdr
 from advise_ros.ros.flying import velocity_command
+from advise_ros.ros.subscriptions import as_recorded
 from advise_ros.settings import learn_settings
 from support.learning import taken_back
 
 GRID = Grid(2.0, 3, 3, (-1.0, -1.0), 3.0, (2, 8, 0))
 TICK_NS = 100_000_000
 SOURCE = 'topic /pose'
+# What the nodes offer; all else is latched.
+OFFERED = {
+    '/pose': qos.SENSOR, '/cmd_vel': qos.COMMAND, '/demonstration': qos.DEMONSTRATIONS, '/advise/advice_log': qos.ADVICE_LOG,
+}
 
 Entry = tuple[str, int, Any]  # Topic, log time [ns], message.
 
@@ -85,7 +90,8 @@ class SessionBag:
         for sequence, (topic, log_time_ns, message) in enumerate(entries):
             module = type(message).__module__.split('.')
             if topic not in channels:
-                channels[topic] = writer.add_topic(topic, definition(f'{module[0]}/{module[1]}/{type(message).__name__}'))
+                kind = definition(f'{module[0]}/{module[1]}/{type(message).__name__}')
+                channels[topic] = writer.add_topic(topic, kind, [as_recorded(OFFERED.get(topic, qos.latched()))])
             writer.write(channels[topic], log_time_ns, log_time_ns + sequence, to_cdr(message))
 
     def where(self, topic: str) -> list[int]:
