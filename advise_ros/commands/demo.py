@@ -55,7 +55,7 @@ def parse(argv: list[str] | None = None) -> DemoOptions:
     parser.add_argument('--expert', choices=('simulated', 'human'), default='simulated', help='who answers')
     parser.add_argument('--seed', type=int, default=0, help='seed of the pilot, the expert and the wind (default %(default)s)')
     parser.add_argument('--flights', type=int, default=2, help='demonstrations to fly (default %(default)s)')
-    parser.add_argument('--answers', type=int, default=6, help='questions to answer (default %(default)s)')
+    parser.add_argument('--answers', type=int, default=4, help='questions to answer (default %(default)s)')
     parser.add_argument(
         '--trials', type=int, default=0, help='seeds on the grid model that give success rates (default %(default)s)',
     )
