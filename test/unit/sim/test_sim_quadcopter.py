@@ -136,23 +136,6 @@ def test_one_cheap_step_is_close_to_a_fine_integration():
     assert np.abs(ends[0] - ends[1]).max() < 0.001
 
 
-@pytest.mark.parametrize('special', [{}, {'Ixy': 1e-4, 'Ixz': 2e-4, 'Iyz': -1e-4, 'k_flap': 1e-4}])
-def test_the_equations_are_rotorpys(special: dict[str, float]) -> None:
-    rng = np.random.default_rng(0)
-    parameters = {**airframe.PARAMETERS, **special}
-    ours, theirs = airframe.Airframe(parameters), Multirotor(parameters, control_abstraction='cmd_ctatt', enable_ground=True)
-    for height_m in [*rng.uniform(1.0, 9.0, 50), *[0.0] * 50]:
-        attitude, wanted = rng.normal(size=(2, 4))
-        state = np.array([
-            *rng.normal(size=2), height_m, *rng.normal(scale=5.0, size=3), *attitude / np.linalg.norm(attitude),
-            *rng.normal(size=3), *rng.normal(scale=3.0, size=3), *rng.uniform(0.0, 900.0, 4),
-        ])
-        rotors = rng.uniform(0.0, 900.0, 4)
-        np.testing.assert_allclose(ours._s_dot_fn(0.0, state, rotors), theirs._s_dot_fn(0.0, state, rotors), rtol=1e-9, atol=1e-9)
-        asked = Multirotor._unpack_state(state), {'cmd_thrust': rng.uniform(0.0, 10.0), 'cmd_q': wanted}
-        np.testing.assert_allclose(ours.get_cmd_motor_speeds(*asked), theirs.get_cmd_motor_speeds(*asked), rtol=1e-9)
-
-
 def test_gusts_have_the_asked_deviation_and_memory():
     wind, rng = Wind((0.0, 0.0), gust_m_s=1.5), np.random.default_rng(3)
     gusts = [np.zeros(2)]
