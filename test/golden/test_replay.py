@@ -19,6 +19,7 @@ from advise_ros.config import AdviseConfig
 from advise_ros.recording.definitions import definition
 from advise_ros.recording.gridfile import grid_to_mapping
 from advise_ros.replay import session
+from support.paths import ROOT
 from support.session_bag import GRID, SessionBag, session_bag
 
 pytestmark = pytest.mark.usefixtures('learn_once')
@@ -225,14 +226,14 @@ def test_no_such_bag(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None
 
 
 def test_not_a_bag(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert 'it has no metadata.yaml and no .mcap file' in error_of(capsys, tmp_path)
+    assert 'it has no metadata.yaml and no .mcap or .db3 file' in error_of(capsys, tmp_path)
     (tmp_path / 'metadata.yaml').write_text('rosbag2: [')
     assert 'not one of rosbag2' in error_of(capsys, tmp_path)
     (tmp_path / 'text.mcap').write_text('this is a text, and a rather long one')
     said = error_of(capsys, tmp_path / 'text.mcap')
     assert 'holds nothing whole' in said and 'was read' not in said
-    (tmp_path / 'flight.tlog').write_bytes(b'')
-    assert 'is a telemetry log and no bag' in error_of(capsys, tmp_path / 'flight.tlog')
+    log = ROOT / 'bags' / 'arducopter_flight1.tlog'
+    assert 'is a MAVLink telemetry log and no bag; discretise reads it' in error_of(capsys, log)
 
 
 def test_of_a_bag_that_was_cut_off_what_is_whole_must_agree(bag: SessionBag, tmp_path: Path) -> None:

@@ -12,9 +12,10 @@ from rosbags.highlevel import AnyReader
 
 from advise_ros.core.errors import LogError
 from advise_ros.recording.definitions import definition
+from advise_ros.recording.filekind import bag_files
 from advise_ros.recording.mcapfile import McapFile, WholeChunk, records
 from advise_ros.recording.recover import Salvage
-from advise_ros.recording.repair import mcap_files, recover
+from advise_ros.recording.repair import recover
 from advise_ros.recording.writer import BagWriter
 from support.promises.ledger import Row, row
 
@@ -126,7 +127,7 @@ def _recovered(file: Path, target: Path, n_messages: int) -> Iterator[str]:
     if n_messages:
         with AnyReader([target]) as reader:
             count = sum(1 for _ in reader.messages())
-        if count != n_messages or len(mcap_files(target)) != 1:
+        if count != n_messages or len(bag_files(target)) != 1:
             yield f'rosbags finds {count} of {n_messages} messages'
 
 

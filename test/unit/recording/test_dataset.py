@@ -126,4 +126,4 @@ def test_no_cluster_and_no_recordings_are_one_sentence_each(
     assert "no Dask scheduler answers at 'nowhere'" in capsys.readouterr().err
     (tmp_path / 'empty').mkdir()
     assert run([str(tmp_path / 'empty'), '--grid', GRID]) == 2
-    assert 'is no bag, and there is none in it' in capsys.readouterr().err
+    assert 'is no bag, and there is no recording in it' in capsys.readouterr().err
