@@ -112,6 +112,9 @@ class Rig:
             'endpoint': f'udpout:127.0.0.1:{self.proxy.port}', 'ready_after_s': 0.5, 'battery_s': 100_000.0,
             'autopilot': settings.autopilot, 'speedup': settings.speedup,
             'publish_clock': settings.simulated_time,
+            # The tap sees the autopilot's estimate. With PX4's error of 0.3 m/s who stands seems to move, at any time and for
+            # long; how a vehicle stands in spite of that error is measured by its true position, in standing.py.
+            'drift_m_s': 0.0,
             **settings.parameters.get('simulator', {}),
         })
         for name in NODES:
