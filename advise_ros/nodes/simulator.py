@@ -93,7 +93,7 @@ class SimulatorNode(Node):
     def _speedup(self) -> float:
         vehicle = self._autopilot.vehicle
         parked = vehicle.ready and not vehicle.armed
-        return self.config.parked_speedup or self.config.speedup if parked else self.config.speedup
+        return (self.config.parked_speedup if parked else 0.0) or self.config.speedup
 
     def _answer(self) -> None:
         for number, link in enumerate(self._links):

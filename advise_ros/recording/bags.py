@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable
 from functools import cached_property
 from itertools import pairwise
 from pathlib import Path
@@ -29,6 +28,7 @@ from advise_ros.recording.blocks import Block, Channel, Integers
 from advise_ros.recording.codec import Codec
 from advise_ros.recording.columns import STRINGS, Column, Frames, Growing, read, why_unlike
 from advise_ros.recording.definitions import known_definition
+from advise_ros.recording.progress import ProgressCallback
 from advise_ros.recording.states import ADVISE, EVENT_OF, PX4, stamp_ns, status_names
 from advise_ros.recording.storage import open_source
 from advise_ros.recording.topics import (
@@ -53,7 +53,6 @@ from advise_ros.recording.transforms import TF_TYPE, Edge, Moved, Placed, edges_
 
 POLICY_FLIES = (1, 2)  # FlightStatus.TO_START, FLYING
 
-ProgressCallback = Callable[[int, int], None]
 
 
 class _Ordered(NamedTuple):

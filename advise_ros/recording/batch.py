@@ -18,7 +18,8 @@ from advise_ros.core.errors import InputError, LogError
 from advise_ros.core.grid.grid import Grid
 from advise_ros.parallel import on_cores
 from advise_ros.recording.place import Place
-from advise_ros.recording.sources import ProgressCallback, read_recording
+from advise_ros.recording.progress import ProgressCallback
+from advise_ros.recording.sources import read_recording
 from advise_ros.recording.topics import DEFAULT_TOPICS, BagTopics
 
 REASONS_SHOWN = 2

@@ -8,7 +8,7 @@ https://ardupilot.org/copter/docs/logmessages.html.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -22,6 +22,7 @@ from advise_ros.mavlink.frames import enu_rows_from_ned
 from advise_ros.recording.autopilot_log import NO_PLACE, NS_PER_US, Change, events_of
 from advise_ros.recording.columns import Growing
 from advise_ros.recording.place import Place
+from advise_ros.recording.progress import ProgressCallback
 
 MARK = b'\xa3\x95'
 HEADER, FORMAT, LONGEST = 3, 128, 256
@@ -56,7 +57,6 @@ Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
 # Stamps, places in the log, and positions.
 _Positions = tuple[Integers, Integers, Floats]
-ProgressCallback = Callable[[int, int], None]
 
 
 class MessageFormat(NamedTuple):

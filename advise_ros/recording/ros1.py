@@ -11,13 +11,13 @@ from rosbags.typesys.store import Typestore
 
 from advise_ros.core.errors import LogError
 from advise_ros.recording.blocks import Block, Channel, Row, from_rows
+from advise_ros.recording.progress import ProgressCallback
 
 BATCH = 4096
 HEADER = 'std_msgs/msg/Header'
 # Pictures and scans take long to convert, and nobody here looks at them.
 PACKAGES = frozenset(('geometry_msgs', 'nav_msgs', 'std_msgs', 'tf', 'tf2_msgs', 'mavros_msgs', 'px4_msgs', 'advise_msgs'))
 
-ProgressCallback = Callable[[int, int], None]
 
 
 def ros1_blocks(

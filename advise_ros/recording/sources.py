@@ -11,12 +11,12 @@ from advise_ros.recording.bags import read_bag
 from advise_ros.recording.dataflash import read_dataflash
 from advise_ros.recording.filekind import BAG_KINDS, ENDINGS, FileKind, is_bag, kind_of, what_it_is
 from advise_ros.recording.place import Place
+from advise_ros.recording.progress import ProgressCallback
 from advise_ros.recording.storage import unpacked
 from advise_ros.recording.tlog import read_tlog
 from advise_ros.recording.topics import DEFAULT_TOPICS, BagTopics
 from advise_ros.recording.ulog import read_ulog
 
-ProgressCallback = Callable[[int, int], None]
 # What reads each kind of file with its path, the topics, the grid's place on the earth and the progress.
 Reader = Callable[[Path, BagTopics, Place | None, ProgressCallback | None], Recording]
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import sqlite3
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, NamedTuple, Protocol
@@ -22,6 +22,7 @@ from advise_ros.core.errors import LogError
 from advise_ros.recording.blocks import PREFIX, Block, Channel, Row, from_chunk, from_rows, gather, record_offsets
 from advise_ros.recording.filekind import METADATA_FILE, REMEDIES, FileKind, bag_files, kind_of, what_it_is
 from advise_ros.recording.mcapfile import MAX_CHUNK_BYTES, NotWholeError, WholeChunk, parse
+from advise_ros.recording.progress import ProgressCallback
 from advise_ros.recording.recover import Salvage
 from advise_ros.recording.ros1 import ros1_blocks
 from advise_ros.recording.sqlitefile import SqliteFile, open_sqlite
@@ -38,7 +39,6 @@ ZSTD_MARK = 0xFD2FB528
 REST_WAS_READ = '; what is whole was read'
 NOT_THERE = 'there is no such file; name a bag directory or an .mcap file'
 
-ProgressCallback = Callable[[int, int], None]
 
 
 class Record(NamedTuple):

@@ -5,7 +5,7 @@ Frames: https://mavlink.io/en/guide/serialization.html.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -20,6 +20,7 @@ from advise_ros.mavlink.messages import (
     dialect,
 )
 from advise_ros.recording.frames import STAMP_BYTES, message_id, next_stamped, stamp_us, stamped_length
+from advise_ros.recording.progress import ProgressCallback
 
 SET_POSITION_TARGET_LOCAL_NED = int(dialect.MAVLINK_MSG_ID_SET_POSITION_TARGET_LOCAL_NED)
 GLOBAL_POSITION_INT = int(dialect.MAVLINK_MSG_ID_GLOBAL_POSITION_INT)
@@ -31,7 +32,6 @@ WINDOW = 4 * 1024 * 1024
 # Stamp and frame are never longer.
 LONGEST = 300
 
-ProgressCallback = Callable[[int, int], None]
 
 
 class Frame(NamedTuple):

@@ -18,11 +18,10 @@ import numpy.typing as npt
 from advise_ros.core.demonstrations.timeline import STEP_NS, STRAYS
 from advise_ros.core.errors import LogError
 from advise_ros.mavlink.stamps import NS_PER_MS, REBOOT_MS
+from advise_ros.recording.climbs import those_that_fly
 
 Integers = npt.NDArray[np.int64]
 
-# A vehicle flies if it climbs at least this share of what the one that climbs most does.
-FLYING_SHARE = 0.5
 # Positions of one boot are this close by their time since boot: a slow link's, or else those of two vehicles.
 APART_MS = (REBOOT_MS, 250)
 
@@ -114,9 +113,7 @@ def choose_vehicle(path: object, vehicles: Sequence[TelemetryVehicle], asked: st
         if asked not in named:
             raise LogError(f'{path} has positions of vehicle {", ".join(named)}, not of {asked!r}; name one (--vehicle)')
         return named[asked]
-    highest_m = max(one.climb_m for one in vehicles)
-    flying = [one for one in vehicles if one.climb_m >= FLYING_SHARE * highest_m]
-    return max(flying, key=lambda one: len(one.fixes.rows))
+    return max(those_that_fly(vehicles, lambda one: one.climb_m), key=lambda one: len(one.fixes.rows))
 
 
 # -- boots -----------------------------------------------------------------------------------------

@@ -33,11 +33,11 @@ from advise_ros.mavlink.messages import (
 )
 from advise_ros.recording.autopilot_log import NO_PLACE
 from advise_ros.recording.place import Place
+from advise_ros.recording.progress import ProgressCallback
 from advise_ros.recording.telemetry_columns import Columns, columns_of
 from advise_ros.recording.telemetry_frames import (
     GLOBAL_POSITION_INT,
     SET_POSITION_TARGET_LOCAL_NED,
-    ProgressCallback,
     Scan,
     frames_of_file,
 )

@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 from advise_ros.core.errors import LogError
 from advise_ros.recording import px4
+from advise_ros.recording.climbs import those_that_fly
 from advise_ros.recording.states import EVENT_OF, STATES
 
 # ArduPilot's DDS sends positions east-north-up from its origin and calls their frame base_link all the same.
@@ -32,8 +33,6 @@ COMMANDS = ('cmd_vel', 'cmd_vel_unstamped')
 BRIDGES = ('mavros', 'uas')
 # A topic so named says where something shall be, not where the vehicle is.
 WISHES = re.compile(r'goal|target|setpoint|desired|reference|command|cmd|plan', re.IGNORECASE)
-# The vehicle that climbs least flies still if it climbs this share of what the one that climbs most does.
-FLYING_SHARE = 0.5
 
 
 class BagTopics(NamedTuple):
@@ -201,8 +200,7 @@ def _positions(path: object, held: Mapping[str, Held], asked: BagTopics, candida
         raise LogError(
             f'{path} has no positions{of} on a topic {wanted}; it has {_listed(held)}: name the right one (--pose-topic)'
         )
-    highest_m = max(held[one.topic].climb_m for one in left)
-    left = [one for one in left if held[one.topic].climb_m >= FLYING_SHARE * highest_m]
+    left = those_that_fly(left, lambda one: held[one.topic].climb_m)
     row = min(one.row for one in left)
     left = [one for one in left if one.row == row]
     left = [one for one in left if not any(_stands_for(other, one) for other in left)]

@@ -5,7 +5,7 @@ Messages: https://docs.px4.io/main/en/msg_docs/. Format: https://docs.px4.io/mai
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from io import BufferedReader, FileIO
 from pathlib import Path
 from typing import Any
@@ -18,6 +18,7 @@ from advise_ros.core.errors import LogError
 from advise_ros.mavlink.frames import enu_rows_from_ned
 from advise_ros.recording.autopilot_log import NO_PLACE, NS_PER_US, Change, events_of
 from advise_ros.recording.place import Place
+from advise_ros.recording.progress import ProgressCallback
 from advise_ros.recording.states import PX4_ARMED, PX4_MODES
 
 POSITION, STATUS, LANDED, SETPOINT = (
@@ -35,7 +36,6 @@ Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
 # Field -> (n,) values of a topic.
 Columns = Mapping[str, npt.NDArray[Any]]
-ProgressCallback = Callable[[int, int], None]
 
 
 class _WatchedFile(BufferedReader):
