@@ -9,9 +9,12 @@ import threading
 from pathlib import Path
 from typing import Any
 
+from fastapi import HTTPException, Request
 from nicegui import app, background_tasks, ui
 from nicegui.server import Server
 
+from advise_ros.config import ConsoleConfig
+from advise_ros.console import language
 from advise_ros.console.board import newer
 from advise_ros.console.listener import GraphListener
 from advise_ros.console.protection import Gate, Protection
@@ -25,6 +28,8 @@ BEAT_S = 1.0
 STOP_PATIENCE_S = 3.0
 # A browser that is away for longer loads the page anew.
 RECONNECT_S = 30.0
+# The language that a person chose on the page.
+COOKIE = 'advise-language'
 # All modules at once, instead of one import after the other.
 HEAD = '<link rel="stylesheet" href="/console/console.css">' + ''.join(
     f'<link rel="modulepreload" href="/console/{path.name}">' for path in sorted(STATIC.glob('*.js'))
@@ -51,16 +56,24 @@ def bind(port: int) -> socket.socket:
     return bound
 
 
+def texts(code: str) -> dict[str, Any]:
+    """The catalogue of a language, for a page that changes to it."""
+    if code not in language.languages():
+        raise HTTPException(404, f'no language {code!r}; there are {", ".join(language.languages())}')
+    return language.catalogue(code)
+
+
 class Page(ui.element, component='static/console.js'):
     """One open browser window."""
 
-    def __init__(self, listener: GraphListener, dispatcher: RequestDispatcher) -> None:
+    def __init__(self, listener: GraphListener, dispatcher: RequestDispatcher, code: str) -> None:
         super().__init__()
         self._dispatcher = dispatcher
         sections = listener.board.sections
         self._at_start = {name: section.version for name, section in sections.items()}
         self.known = dict(self._at_start)
         self._props['start'] = {name: section.value for name, section in sections.items()} | {'track': listener.track()}
+        self._props['words'] = language.catalogue(code)
         self.on('act', self._on_act)
         self.on('hello', self._on_hello)
 
@@ -93,10 +106,10 @@ class PageServer:
     """
 
     def __init__(
-        self, listener: GraphListener, dispatcher: RequestDispatcher, gate: Gate, bound: socket.socket, rate_hz: float,
+        self, listener: GraphListener, dispatcher: RequestDispatcher, gate: Gate, bound: socket.socket, config: ConsoleConfig,
     ) -> None:
         self._listener, self._dispatcher, self._bound = listener, dispatcher, bound
-        self._period_s = 1.0 / rate_hz
+        self._period_s, self._language = 1.0 / config.rate_hz, config.language
         self._pages: set[Page] = set()
         self.failure = ''
         self._thread = threading.Thread(target=self._run, name='page-server', daemon=True)
@@ -104,6 +117,7 @@ class PageServer:
         app.add_middleware(Protection, gate=gate)
         app.on_startup(lambda: background_tasks.create(self._push_for_ever(), name='push'))
         ui.page('/', title='advise', response_timeout=30)(self._open)
+        app.get('/console-texts/{code}')(texts)
 
     def start(self) -> None:
         self._thread.start()
@@ -132,10 +146,11 @@ class PageServer:
             binding_refresh_interval=None, gzip_middleware_factory=None, access_log=False, timeout_graceful_shutdown=1,
         )
 
-    def _open(self) -> None:
+    def _open(self, request: Request) -> None:
         ui.add_css(':root { color-scheme: light dark }')
         ui.add_head_html(HEAD)
-        page = Page(self._listener, self._dispatcher)
+        chosen = request.cookies.get(COOKIE) or self._language
+        page = Page(self._listener, self._dispatcher, language.of_browser(request.headers.get('accept-language', ''), chosen))
         self._pages.add(page)
         ui.context.client.on_delete(lambda: self._pages.discard(page))
 

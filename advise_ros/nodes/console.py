@@ -45,7 +45,7 @@ class ConsoleNode(Node):
         port = bound.getsockname()[1]
         gate = Gate(port, filter(None, map(str.strip, self.config.allowed_hosts.split(','))), self.config.token)
         listener = GraphListener(self, self.config.silence_s, grid)
-        self._server = PageServer(listener, RequestDispatcher(self, listener), gate, bound, self.config.rate_hz)
+        self._server = PageServer(listener, RequestDispatcher(self, listener), gate, bound, self.config)
         self._address = f'http://{HOST}:{port}/?token={gate.token}'
         # The server starts once the node spins, so that a page never waits for a node that does not come up.
         steady = Clock(clock_type=ClockType.STEADY_TIME)

@@ -46,8 +46,8 @@ def start_console(graph: Graph, **params: object) -> tuple[Process, str]:
 class Person:
     """One person at the page in a browser of their own."""
 
-    def __init__(self, browser: Browser, address: str, name: str = '', viewport: Any = None) -> None:
-        self.context = browser.new_context(viewport=viewport or DESKTOP, reduced_motion='reduce')
+    def __init__(self, browser: Browser, address: str, name: str = '', viewport: Any = None, language: str = 'en-GB') -> None:
+        self.context = browser.new_context(viewport=viewport or DESKTOP, reduced_motion='reduce', locale=language)
         self.page: Page = self.context.new_page()
         self.page.set_default_timeout(PATIENCE_MS)
         self.errors: list[str] = []

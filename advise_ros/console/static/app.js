@@ -4,6 +4,7 @@ import GridMap from '/console/map.js';
 import History from '/console/history.js';
 import Robot from '/console/robot.js';
 import { Link } from '/console/link.js';
+import { choose as chooseLanguage, language, speak, t, tn } from '/console/language.js';
 import template from '/console/template.js';
 import { layerViews, describe } from '/console/layers.js';
 import { keyAct, letGo } from '/console/keys.js';
@@ -17,7 +18,7 @@ const CALM = matchMedia('(prefers-reduced-motion: reduce)');
 
 export default {
   components: { Compass, GridMap, History, Robot },
-  props: { start: Object },
+  props: { start: Object, words: Object },
   template,
   data() {
     return {
@@ -28,6 +29,7 @@ export default {
     };
   },
   computed: {
+    language: () => language,
     map() { return this.s.map; },
     query() { return this.s.query && this.s.query.id ? this.s.query : null; },
     // Answers of one gesture, the one that keeps out first.
@@ -113,6 +115,7 @@ export default {
     avoided() { this.askPreview(); },
   },
   created() {
+    speak(this.words);
     this.moving = { drone: null, track: [], moment: null };
     this.link = new Link((...args) => this.$emit(...args), (answers) => { this.kept = answers; });
     this.kept = this.link.answers;
@@ -121,7 +124,6 @@ export default {
   },
   mounted() {
     document.title = 'advise';
-    document.documentElement.lang = 'en';
     this.timer = setInterval(() => this.look(), LOOK_MS);
     document.addEventListener('keydown', (event) => keyAct(this, event));
     document.addEventListener('click', letGo);
@@ -129,7 +131,7 @@ export default {
     this.frame();
   },
   methods: {
-    count, list, names, percent, said,
+    t, tn, chooseLanguage, count, list, names, percent, said,
     // -- from the server -----------------------------------------------------------------
     take(sections, people) {
       this.heard = performance.now();

@@ -11,6 +11,7 @@ export default `
     <span class="pill" v-if="people > 1" data-test="people">{{ people }} windows</span>
     <label class="name">Your name <input v-model="by" maxlength="60" autocomplete="name" placeholder="kept with your answers"></label>
     <button type="button" class="quiet" @click="nextTheme()" :aria-label="'Colours: ' + theme">{{ {auto: '◐ auto', dark: '● dark', light: '○ light'}[theme] }}</button>
+    <label class="language"><span class="unseen">{{ t('Language') }}</span> <select :value="language.code" @change="chooseLanguage($event.target.value)" data-test="language"><option v-for="(name, code) in language.names" :key="code" :value="code" :lang="code">{{ name }}</option></select></label>
     <button type="button" class="quiet" @click="help = !help" :aria-expanded="String(help)" aria-label="Keys and marks explained">? help</button>
   </header>
   <p class="alarm" v-if="alarm" role="alert" data-test="alarm">⚠ {{ alarm }}</p>
