@@ -43,8 +43,8 @@ promises: setup  ## what docs/safety.md promises, with everything broken many ti
 ledger-recording: setup  ## recordings killed, cut off, flipped and out of disk: what is lost, against what is promised
 	@exec nice ./advise python tools/ledger_recording.py $(ARGS)
 
-lint: setup  ## ruff, mypy, import-linter, codespell; oxlint on the page's JavaScript
-	@. .venv/environment.sh; status=0; for check in 'ruff check' mypy 'lint-imports --no-logo' codespell 'oxlint advise_ros/console/static'; do \
+lint: setup  ## ruff, mypy, import-linter, codespell; oxlint on the page's JavaScript; whether the locks for aarch64 resolve
+	@. .venv/environment.sh; status=0; for check in 'ruff check' mypy 'lint-imports --no-logo' codespell 'oxlint advise_ros/console/static' 'python tools/check_locks.py'; do \
 	    echo "== $$check"; $$check || status=1; done; exit $$status
 
 lock: setup  ## resolve requirements/*.in again, to the newest versions that go together
@@ -52,7 +52,8 @@ lock: setup  ## resolve requirements/*.in again, to the newest versions that go 
 	    --custom-compile-command 'make lock' --output-file "$$@"; } && \
 	compile bootstrap-lock.txt --python-version 3.10 bootstrap.in && \
 	compile lock.txt --python-version 3.10 ros.in app.in dev.in && \
-	compile system-lock.txt --python-version 3.12 system.in app.in dev.in
+	compile system-lock.txt --python-version 3.11 system.in app.in && \
+	compile system-dev-lock.txt --python-version 3.12 system.in app.in dev.in
 
 clean:  ## undo set-up and everything that was built or run
 	rm -rf .built .venv build install log out .pytest_cache .mypy_cache .ruff_cache .hypothesis .import_linter_cache

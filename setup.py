@@ -20,6 +20,7 @@ setup(
         ('share/advise_ros', ['package.xml']),
         ('share/advise_ros/config', glob('config/*.*')),
         ('share/advise_ros/config/sros2', glob('config/sros2/*.xml')),
+        ('share/advise_ros/requirements', ['requirements/system-lock.txt']),
         ('share/advise_ros/launch', glob('launch/*.launch.py')),
     ],
     install_requires=['setuptools'],

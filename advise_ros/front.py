@@ -11,8 +11,9 @@ from collections.abc import Callable
 from functools import partial
 from importlib import import_module
 
-from advise_ros.exits import INTERRUPTED
+from advise_ros.exits import INTERRUPTED, fail
 from advise_ros.middleware import FLYING, without_shared_memory
+from advise_ros.missing_packages import remedy
 
 PYTHON_STARTS_WITH = {signal.SIGINT: signal.default_int_handler, signal.SIGTERM: signal.SIG_DFL}
 
@@ -38,13 +39,17 @@ class Front:
             signal.signal(number, self._leave)
         if name in FLYING:
             without_shared_memory(os.environ)
-        main = import_module(f'{self._package}.{name}').main
-        for number in watched:
-            signal.signal(number, signal.default_int_handler)  # SIGTERM leaves by KeyboardInterrupt, too: in good order.
         try:
+            main = import_module(f'{self._package}.{name}').main
+            for number in watched:
+                signal.signal(number, signal.default_int_handler)  # SIGTERM leaves by KeyboardInterrupt, too: in good order.
             main()
         except KeyboardInterrupt:
             self._leave()
+        except ModuleNotFoundError as missing:
+            if (sentence := remedy(missing.name or '')) is None:
+                raise
+            raise SystemExit(fail(sentence)) from None
         finally:
             for number in watched:
                 signal.signal(number, self._leave)  # Python waits for threads of libraries on its way out.

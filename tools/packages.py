@@ -35,8 +35,8 @@ def base_python() -> str:
 
 
 def lock(root: Path, system: bool) -> Path:
-    """The lock file: of everything, or of what a full ROS installation lacks."""
-    return root / 'requirements' / ('system-lock.txt' if system else 'lock.txt')
+    """The lock file: of everything, or of what a full ROS installation lacks; tools of tests are in both."""
+    return root / 'requirements' / ('system-dev-lock.txt' if system else 'lock.txt')
 
 
 def install(shell: Shell, place: Place, system: bool) -> None:
@@ -79,13 +79,17 @@ def _install_fast(shell: Shell, place: Place, wanted: Path) -> bool:
     settings = pip_settings(shell, python)
     if 'no-index' in settings:
         return False
-    for name, value in settings.items():
-        if name in UV_NAMES:
-            env.setdefault(UV_NAMES[name], ' '.join(value.split()))
+    env.update(uv_settings(settings, env))
     if not _may_write(uv_cache(env)):
         env['UV_CACHE_DIR'] = str(place.scratch / 'uv')
     uv = [place.venv / 'bin' / 'uv', 'pip', 'install', '--quiet', '--no-config', '--python', python, '--require-hashes']
     return shell.try_run([*uv, '-r', wanted], env)[0] == 0
+
+
+def uv_settings(settings: Mapping[str, str], env: Mapping[str, str]) -> dict[str, str]:
+    """Variables of uv's environment that say what pip is configured with; those that are set already stay."""
+    named = {UV_NAMES[name]: ' '.join(value.split()) for name, value in settings.items() if name in UV_NAMES}
+    return {name: value for name, value in named.items() if name not in env}
 
 
 def uv_cache(env: Mapping[str, str]) -> Path:

@@ -6,10 +6,13 @@ import signal
 import subprocess
 import sys
 from importlib.metadata import distribution
+from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
 
+from advise_ros.missing_packages import MODULES as NEEDED
+from advise_ros.missing_packages import remedy
 from support.paths import ROOT
 
 WAIT = "import signal; print('here', flush=True); signal.pause()"
@@ -41,3 +44,26 @@ def test_every_executable_begins_there() -> None:
     begun = {point.name: point.value for point in distribution('advise_ros').entry_points if point.group == 'console_scripts'}
     assert begun['policy'] == 'advise_ros.front:nodes.policy'
     assert {value.rpartition('.')[0] for value in begun.values()} == {'advise_ros.front:nodes', 'advise_ros.front:commands'}
+
+
+def test_missing_packages_are_named_all_at_once_with_the_line_that_installs_them(tmp_path: Path) -> None:
+    (tmp_path / 'package').mkdir()
+    (tmp_path / 'package' / 'node.py').write_text('import highspy.deep\n')
+    # As in a workspace without them: this Python sees the standard library and this package alone.
+    start = f"import sys; sys.path[:0] = [{str(ROOT)!r}]; from advise_ros.front import Front; Front('package', 0).node()"
+    done = subprocess.run([sys.executable, '-S', '-c', start], cwd=tmp_path, capture_output=True, text=True, check=False, env={})
+    assert (done.returncode, done.stdout) == (2, '')
+    assert 'Traceback' not in done.stderr
+    assert 'lacks babel, clarabel, ' in done.stderr
+    assert f'--require-hashes -r {ROOT}/requirements/system-lock.txt' in done.stderr
+
+
+def test_a_module_of_ros_and_one_of_our_own_are_not_taken_for_a_package() -> None:
+    assert 'source ROS 2 Jazzy' in str(remedy('rclpy.node'))
+    assert remedy('advise_ros.nodes.nonsense') is None
+
+
+def test_each_package_that_is_asked_for_has_its_module_named() -> None:
+    wanted = {line for line in (ROOT / 'requirements' / 'app.in').read_text().split('\n') if line and not line.startswith('#')}
+    assert set(NEEDED.values()) == wanted
+    assert [name for name in NEEDED if find_spec(name) is None] == []

@@ -231,7 +231,7 @@ def test_an_executable_starts_from_any_path(tools: SimpleNamespace, tmp_path: Pa
 
 
 def test_lock_files_name_no_index_and_hash_every_package(tools: SimpleNamespace) -> None:
-    for name in ('lock.txt', 'system-lock.txt', 'bootstrap-lock.txt'):
+    for name in ('lock.txt', 'system-lock.txt', 'system-dev-lock.txt', 'bootstrap-lock.txt'):
         text = (ROOT / 'requirements' / name).read_text()
         assert '://' not in text
         requirements = [block for block in text.split('\n') if block[:1].isalnum()]
