@@ -18,6 +18,7 @@ from advise_ros.core.errors import InputError
 from advise_ros.core.units import NS
 from advise_ros.recording import platform
 from advise_ros.recording.background import MIB, BackgroundWriter, BagEntry, WriteLimits
+from advise_ros.recording.bagrecords import RECORDS_TOPIC
 from advise_ros.recording.definitions import definition
 from advise_ros.recording.platform import PARAMETERS_RECORD, PLATFORM_RECORD, READ_AT
 from advise_ros.recording.writer import BagWriter
@@ -41,7 +42,8 @@ class LoggerNode(Node):
     advise/site_prior, advise/markers, policy/status, /diagnostics and what services publish of their calls
     (service_introspection); or the names and patterns in `topics`, also those that appear later. Messages are
     stored as they came (CDR) with their definitions and the profiles that publishers offer; the bag also holds
-    the parameters of every node and the versions of the numeric packages.
+    the parameters of every node and the versions of the numeric packages, as metadata records and, for who
+    converts it, on /bag_records.
 
     What came more than flush_s ago survives the death of this process; `recover BAG` makes a bag whole
     that was cut off. A full disk raises an alarm on /diagnostics and harms nobody else. Ctrl-C finishes
@@ -113,6 +115,8 @@ class LoggerNode(Node):
     def _open(self, arrival: Arrival) -> bool:
         """Begin a topic with its first message, unless it is read for its time only."""
         if arrival.topic == CLOCK_TOPIC and not self._incoming.is_asked_for(CLOCK_TOPIC):
+            return False
+        if arrival.topic == RECORDS_TOPIC:  # Of a bag that is played; this one has its own.
             return False
         self._opened.add(arrival.topic)
         self._writer.open_topic(arrival.topic, definition(arrival.type_name), self._incoming.offers(arrival.topic))

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from advise_ros.core.errors import LogError
+from advise_ros.recording.bagrecords import RECORDS_TOPIC, RECORDS_TYPE, all_records
 from advise_ros.recording.blocks import Block, Channel
 from advise_ros.recording.codec import Codec
 from advise_ros.recording.storage import Record, open_source
@@ -45,6 +46,7 @@ class Bag:
     Attributes:
         path: a rosbag2 directory or an .mcap file; what is damaged or cut off is left out and mentioned in `notes`.
         topics: topic -> type of every channel.
+        records: metadata records, and those that stand on RECORDS_TOPIC alone since somebody converted the bag.
         codec: knows the wanted types of the bag.
         first_ns, last_ns: log times of all messages; 0 and 0 when there are none.
         count: of all messages.
@@ -63,11 +65,12 @@ class Bag:
         self.gaps: list[Gap] = []
         self._next: dict[str, int] = {}
         self._wanted = frozenset(type_names)
+        self._record_texts: list[str] = []
         source = open_source(path)
         for block in source.blocks():
             self._take(block, numbered=source.numbered)
         self.topics: dict[str, str] = source.topics
-        self.records: list[Record] = source.records
+        self.records: list[Record] = all_records(source.records, self._record_texts)
         self.notes: tuple[str, ...] = tuple(source.notes)
 
     def _take(self, block: Block, *, numbered: bool) -> None:
@@ -82,7 +85,9 @@ class Bag:
             rows = block.where(number)
             if numbered and rows.size:
                 self._follow(block, rows, channel.topic)
-            if channel.type_name in self._wanted:
+            if channel.topic == RECORDS_TOPIC:
+                self._record_texts += self._texts(block, rows, channel)
+            elif channel.type_name in self._wanted:
                 self._learn(channel)
                 wanted[rows] = True
         for row in np.flatnonzero(wanted).tolist():
@@ -91,6 +96,11 @@ class Bag:
                 channel.topic, channel.type_name, int(block.log_ns[row]), int(block.publish_ns[row]),
                 block.data[int(block.starts[row]) : int(block.ends[row])],
             ))  # fmt: skip
+
+    def _texts(self, block: Block, rows: Any, channel: Channel) -> list[str]:
+        self._learn(channel)
+        data = [block.data[int(block.starts[row]) : int(block.ends[row])] for row in rows.tolist()]
+        return [str(self.codec.decode(one, channel.type_name).data) for one in data] if channel.type_name == RECORDS_TYPE else []
 
     def _learn(self, channel: Channel) -> None:
         try:

@@ -12,7 +12,8 @@ from rosbags.rosbag2.metadata import dump_qos_v9
 
 from advise_ros.core.errors import InputError
 from advise_ros.recording import metadata
-from advise_ros.recording.definitions import Definition
+from advise_ros.recording.bagrecords import RECORDS_QOS, RECORDS_TOPIC, RECORDS_TYPE, record_to_cdr
+from advise_ros.recording.definitions import Definition, definition
 from advise_ros.recording.mcapwriter import DEFAULT_CHUNK_BYTES, McapWriter
 
 
@@ -47,6 +48,9 @@ class BagWriter:
     _topics: list[_Topic] = field(default_factory=list, init=False, repr=False)
     _schemas: dict[str, int] = field(default_factory=dict, init=False, repr=False)
     _files: list[McapWriter] = field(default_factory=list, init=False, repr=False)
+    # Records that are to be written as messages, too: with the time of the next message, since they have none of their own.
+    _pending: list[bytes] = field(default_factory=list, init=False, repr=False)
+    _records: int = field(default=0, init=False, repr=False)
 
     def __post_init__(self) -> None:
         _make(self.directory)
@@ -54,8 +58,8 @@ class BagWriter:
 
     @property
     def counts(self) -> dict[str, int]:
-        """Topic -> messages written."""
-        return {topic.name: topic.count for topic in self._topics}
+        """Topic -> messages written; without the records."""
+        return {topic.name: topic.count for topic in self._topics if topic.name != RECORDS_TOPIC}
 
     @property
     def size(self) -> int:
@@ -82,14 +86,27 @@ class BagWriter:
             publish_time_ns: of the publisher.
             data: CDR bytes.
         """
+        if self._pending:
+            self._write_pending(log_time_ns)
+        self._append(topic, log_time_ns, publish_time_ns, data)
+
+    def add_record(self, name: str, values: Mapping[str, str]) -> None:
+        """Append an MCAP metadata record, and the same as a message on RECORDS_TOPIC."""
+        self._files[-1].add_record(name, values)
+        self._pending.append(record_to_cdr(name, values))
+
+    def _write_pending(self, log_time_ns: int) -> None:
+        if not self._records:
+            self._records = self.add_topic(RECORDS_TOPIC, definition(RECORDS_TYPE), [RECORDS_QOS])
+        for data in self._pending:
+            self._append(self._records, log_time_ns, log_time_ns, data)
+        self._pending.clear()
+
+    def _append(self, topic: int, log_time_ns: int, publish_time_ns: int, data: bytes) -> None:
         entry = self._topics[topic - 1]
         channel_id = entry.channel_id or self._open_channel(entry)
         self._files[-1].write(channel_id, log_time_ns, publish_time_ns, data, entry.count)
         entry.count += 1
-
-    def add_record(self, name: str, values: Mapping[str, str]) -> None:
-        """Append an MCAP metadata record."""
-        self._files[-1].add_record(name, values)
 
     def flush(self) -> None:
         """Hand what was written to the operating system: it outlives this process."""
@@ -109,6 +126,8 @@ class BagWriter:
         """Write the index and the final metadata.yaml; the file is closed whatever happens."""
         last = self._files[-1]
         try:
+            if self._pending and any(file.span.count for file in self._files):
+                self._write_pending(max(file.span.last_ns for file in self._files))
             last.add_record('rosbag2', {'serialized_metadata': metadata.to_yaml(self._information())})
         except OSError:
             last.abandon()

@@ -17,6 +17,7 @@ from advise_ros.core.grid.grid import Grid
 from advise_ros.core.site.prior import SitePrior
 from advise_ros.core.units import MAP_FRAME, NS
 from advise_ros.recording import platform
+from advise_ros.recording.bagrecords import RECORDS_TOPIC
 from advise_ros.recording.bags import read_bag
 from advise_ros.recording.codec import Codec
 from advise_ros.recording.definitions import definition
@@ -177,7 +178,11 @@ class RecordedSession:
         if started is None:
             raise LogError(
                 f'{self.bag.path} does not hold the parameters of {self.namespace}/{node}; '
-                'start the logger before that node ends and record again'
+                + (
+                    'start the logger before that node ends and record again' if self.parameters else
+                    f'of no node does it: if it was converted, replay the original, or convert {RECORDS_TOPIC} with it '
+                    '(bags of earlier versions do not have that topic)'
+                )
             )
         chosen = started[-1] if begun_ns is None else min(started, key=lambda one: abs(one.read_at_ns - begun_ns))
         try:

@@ -13,9 +13,11 @@ from mcap.records import Channel, Metadata, Schema
 from mcap.records import Message as McapMessage
 from mcap.stream_reader import StreamReader
 from mcap.writer import Writer
+from rosbags.convert import convert
 
 from advise_ros.commands import replay
 from advise_ros.config import AdviseConfig
+from advise_ros.recording.bagrecords import RECORDS_TOPIC
 from advise_ros.recording.definitions import definition
 from advise_ros.recording.gridfile import grid_to_mapping
 from advise_ros.replay import session
@@ -47,6 +49,33 @@ def test_a_session_replays_byte_for_byte(bag: SessionBag, tmp_path: Path, capsys
     assert f'{pilots} commands of pilots' in stages['commands']['notes'][0]
     said = capsys.readouterr().out
     assert 'equal byte for byte' in said and 'follows from what the bag holds' in said
+
+
+# -- somebody converted it -------------------------------------------------------------------------
+FORMS = [('sqlite3', '', 'file'), ('mcap', '', 'file'), ('mcap', 'zstd', 'message')]
+
+
+@pytest.mark.parametrize(('storage', 'compression', 'mode'), FORMS)
+def test_a_converted_bag_replays_byte_for_byte_by_the_same_parameters(
+    bag: SessionBag, tmp_path: Path, storage: str, compression: str, mode: str,
+) -> None:
+    """MOCK of `ros2 bag convert`: rosbags copies the messages, and like it no metadata records."""
+    source, target = bag.write(tmp_path / 'bag'), tmp_path / 'converted'
+    convert([source], target, storage, 9, compression or None, mode, None, None, [], [], [], [])
+    assert not session.open_source(target).records
+    report = tmp_path / 'report.json'
+    assert replay.run([str(target), '--json', str(report)]) == 0
+    assert json.loads(report.read_text())['asked'] == 'bytes'
+    assert session.read_session(target).parameters == session.read_session(source).parameters
+
+
+def test_a_bag_that_was_converted_without_its_records_says_so(
+    bag: SessionBag, tmp_path: Path, capsys: pytest.CaptureFixture[str],
+) -> None:
+    source, target = bag.write(tmp_path / 'bag'), tmp_path / 'converted'
+    convert([source], target, 'sqlite3', 9, None, 'file', None, None, [RECORDS_TOPIC], [], [], [])
+    assert replay.run([str(target)]) == 2
+    assert 'if it was converted, replay the original, or convert /bag_records with it' in capsys.readouterr().err
 
 
 # -- something was changed -------------------------------------------------------------------------

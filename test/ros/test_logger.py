@@ -27,6 +27,7 @@ from std_srvs.srv import Trigger
 
 from advise_msgs.msg import LearnerStatus
 from advise_ros.demo.options import share
+from advise_ros.recording.bagrecords import RECORDS_TOPIC
 from advise_ros.recording.messages import Bag
 from advise_ros.recording.recover import is_whole
 from advise_ros.ros import qos
@@ -151,7 +152,7 @@ def test_a_name_that_is_remapped_is_recorded_where_it_leads(graph: Graph, tmp_pa
     publisher.publish(String(data='there'))
     recorded(graph, '/elsewhere/words', 1)
     assert stop(logger) == 0
-    assert list(Bag(tmp_path / 'bag', ANY).topics) == ['/elsewhere/words']
+    assert list(Bag(tmp_path / 'bag', ANY).topics) == ['/elsewhere/words', RECORDS_TOPIC]
 
 
 def test_a_publisher_with_a_weaker_profile_is_recorded_too(graph: Graph, tmp_path: Path) -> None:

@@ -1,5 +1,6 @@
 """Bags by our writer open in everybody's tools, with types, profiles and counts as rosbag2 expects them."""
 
+import json
 import resource
 from pathlib import Path
 
@@ -22,12 +23,14 @@ from rosbags.typesys import Stores, get_typestore
 from ruamel.yaml import YAML
 
 from advise_msgs.msg import LearnerStatus
-from advise_ros.core.errors import InputError
+from advise_ros.core.errors import InputError, LogError
 from advise_ros.recording import platform
+from advise_ros.recording.bagrecords import RECORDS_QOS, RECORDS_TOPIC, all_records
 from advise_ros.recording.definitions import definition
 from advise_ros.recording.mcapwriter import COMPRESSIONS
 from advise_ros.recording.messages import Bag, Codec
 from advise_ros.recording.recover import Salvage
+from advise_ros.recording.storage import Record
 from advise_ros.recording.writer import BagWriter
 from advise_ros.ros.cdr import to_cdr
 
@@ -73,7 +76,7 @@ def test_rosbags_reads_it(tmp_path: Path, compression: str) -> None:
         status = next(c for c in reader.connections if c.topic == '/advise/status')
     assert [value.pose.position.x for topic, _, value in rows if topic == '/pose'] == [float(i) for i in range(20)]
     assert [value.message for topic, _, value in rows if topic == '/advise/status'] == ['asking']
-    assert [stamp for _, stamp, _ in rows] == sorted([*range(1_000, 1_020), 1_007])
+    assert [stamp for topic, stamp, _ in rows if topic != RECORDS_TOPIC] == sorted([*range(1_000, 1_020), 1_007])
     assert status.ext.offered_qos_profiles == [LATCHED]
     assert status.msgcount == 1
 
@@ -87,7 +90,7 @@ def test_mcap_and_its_ros2_support_read_it(tmp_path: Path) -> None:
     assert [(log, publish, sequence) for log, publish, sequence, _ in rows] == [(1_000 + i, 5_000 + i, i) for i in range(20)]
     assert [value.pose.position.x for *_, value in rows] == [float(i) for i in range(20)]
     assert records['parameters /advise'] == {'seed': '3'}
-    assert summary is not None and summary.statistics is not None and summary.statistics.message_count == 21
+    assert summary is not None and summary.statistics is not None and summary.statistics.message_count == 22
     channel = next(c for c in summary.channels.values() if c.topic == '/advise/status')
     assert channel.metadata['topic_type_hash'] == definition(STATUS).type_hash
     assert YAML(typ='safe').load(channel.metadata['offered_qos_profiles'])[0]['durability'] == 'transient_local'
@@ -96,7 +99,7 @@ def test_mcap_and_its_ros2_support_read_it(tmp_path: Path) -> None:
 def test_our_reader_keeps_the_order_of_the_file(tmp_path: Path) -> None:
     bag = Bag(write(tmp_path / 'bag'), [POSE, STATUS])
     assert [message.topic for message in bag.messages] == ['/pose'] * 20 + ['/advise/status']
-    assert (bag.first_ns, bag.last_ns, bag.count, bag.gaps) == (1_000, 1_019, 21, [])
+    assert (bag.first_ns, bag.last_ns, bag.count, bag.gaps) == (1_000, 1_019, 22, [])
     assert bag.decode(bag.on('/advise/status')[0]).message == 'asking'
     assert [record.name for record in bag.records] == ['parameters /advise', 'rosbag2']
 
@@ -241,3 +244,33 @@ def test_the_platform_names_what_decides_floats() -> None:
     described = platform.describe()
     assert set(described) >= {'advise_ros', 'python', 'machine', 'cpu', 'numpy', 'scipy', 'highspy', 'scikit-learn'}
     assert all(described[name] for name in ('advise_ros', 'python', 'machine', 'numpy'))
+
+
+def test_a_record_is_there_as_a_latched_message_too_for_who_converts_the_bag(tmp_path: Path) -> None:
+    with AnyReader([write(tmp_path / 'bag')]) as reader:
+        (connection,) = [one for one in reader.connections if one.topic == RECORDS_TOPIC]
+        (message,) = reader.messages([connection])
+        assert connection.ext.offered_qos_profiles == [RECORDS_QOS]
+        text = reader.deserialize(message[2], connection.msgtype).data
+    assert json.loads(text) == {'name': 'parameters /advise', 'values': {'seed': '3'}}
+
+
+def test_records_of_the_files_alone_and_of_messages_alone_are_the_same(tmp_path: Path) -> None:
+    record = Record('parameters /advise', {'seed': '3'})
+    text = json.dumps(record._asdict())
+    assert all_records([record], [text]) == all_records([record], []) == all_records([], [text]) == [record]
+    with pytest.raises(LogError, match='no record of a bag'):
+        all_records([], ['{"name": 3}'])
+
+
+def test_a_record_after_the_last_message_is_kept_and_one_without_any_message_begins_no_topic(tmp_path: Path) -> None:
+    writer = BagWriter(tmp_path / 'late')
+    writer.write(writer.add_topic('/pose', definition(POSE)), 5, 5, pose(1.0))
+    writer.split()
+    writer.add_record('parameters /policy', {'speed': '2'})
+    writer.close()
+    assert Bag(tmp_path / 'late', [POSE]).count == 2 and writer.counts == {'/pose': 1}
+    writer = BagWriter(tmp_path / 'empty')
+    writer.add_record('platform', {})
+    writer.close()
+    assert Bag(tmp_path / 'empty', [POSE]).topics == {}
