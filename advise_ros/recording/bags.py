@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections import Counter
 from functools import cached_property
 from itertools import pairwise
@@ -26,8 +27,9 @@ from advise_ros.core.units import MAP_FRAME, NS
 from advise_ros.recording import px4
 from advise_ros.recording.blocks import Block, Channel, Integers
 from advise_ros.recording.codec import Codec
-from advise_ros.recording.columns import STRINGS, Column, Frames, Growing, read, why_unlike
+from advise_ros.recording.columns import NAVSAT_FIX, ON_EARTH, STRINGS, Column, Frames, Growing, read, why_unlike
 from advise_ros.recording.definitions import known_definition
+from advise_ros.recording.place import Place
 from advise_ros.recording.progress import ProgressCallback
 from advise_ros.recording.states import ADVISE, EVENT_OF, PX4, stamp_ns, status_names
 from advise_ros.recording.storage import open_source
@@ -62,12 +64,14 @@ class _Ordered(NamedTuple):
         stamps_ns, log_ns: (n,) of the headers, and when they were recorded.
         vectors: (n, 3).
         places: (n,) what they are in order of: number in the file, or log time.
+        on_earth: they were latitudes and longitudes, and lie on the axes of the grid now, not east and north.
     """
 
     stamps_ns: Integers
     vectors: npt.NDArray[np.float64]
     log_ns: Integers
     places: Integers
+    on_earth: bool = False
 
     def at(self, rows: npt.NDArray[Any]) -> _Ordered:
         """Some of them."""
@@ -78,7 +82,7 @@ NOTHING = _Ordered(np.empty(0, dtype=np.int64), np.empty((0, 3)), np.empty(0, dt
 
 
 def read_bag(
-    path: str | Path, topics: BagTopics = DEFAULT_TOPICS, progress: ProgressCallback | None = None,
+    path: str | Path, topics: BagTopics = DEFAULT_TOPICS, progress: ProgressCallback | None = None, place: Place | None = None,
 ) -> Recording:
     """The samples of one vehicle in a bag, stamped by their headers.
 
@@ -90,12 +94,13 @@ def read_bag(
         path: a rosbag2 directory or an .mcap file.
         topics: where positions, commands and states are.
         progress: called now and then with what is read and what there is in all.
+        place: of the grid on the earth, for positions that are latitudes and longitudes.
 
     Raises:
         LogError: the bag can't be read, has no such positions, or has them in another frame than the map's.
     """
     source = open_source(path)
-    collected = _Collected(path, topics)
+    collected = _Collected(path, topics, place)
     for block in source.blocks(progress):
         collected.take(block)
     return collected.recording(source.topics, tuple(source.notes), numbered=source.numbered)
@@ -126,7 +131,10 @@ class _Stretch:
             return
         if self.undefined and self._px4 is None:
             self._px4 = px4.known_layout(self.type_name, int(block.ends[rows[0]] - block.starts[rows[0]]))
-        column = px4.read(block, rows, self._px4, self.frames) if self._px4 else read(block, rows, self.strings, self.frames)
+        if self._px4:
+            column = px4.read(block, rows, self._px4, self.frames)
+        else:
+            column = read(block, rows, self.strings, self.frames, fix=self.type_name == NAVSAT_FIX)
         self.add(column._replace(rows=first + column.rows))
 
     def add(self, column: Column) -> None:
@@ -211,8 +219,9 @@ class _Messages:
 class _Collected:
     """All that may be wanted, until it is known what the bag holds."""
 
-    def __init__(self, path: str | Path, topics: BagTopics) -> None:
-        self._path, self._asked = path, topics
+    def __init__(self, path: str | Path, topics: BagTopics, place: Place | None) -> None:
+        self._path, self._asked, self._place = path, topics, place
+        self._said: list[str] = []
         self._vectors: dict[str, _Stretch] = {}
         self._messages: dict[str, _Messages] = {}
         self._counts: Counter[tuple[str, str]] = Counter()
@@ -277,7 +286,7 @@ class _Collected:
         if self._vectors[found.pose].undefined:
             said.append(f'the bag does not define {held[found.pose].type_name}: it was read as px4_msgs 1.13 to 1.18 have it')
         counts = ((self._vectors[found.pose].unfit, found.pose), (unfit, found.status), (lost, found.policy))
-        said += [_unfit(count, topic) for count, topic in counts if count] + _unused(found, held)
+        said += self._said + [_unfit(count, topic) for count, topic in counts if count] + _unused(found, held)
         event_of = EVENT_OF.get(held[found.status].type_name if found.status else '', EVENT_OF[ADVISE])
         states = [event_of(message) for _, message in statuses], _before(poses, _places(statuses)).tolist()
         if found.status and held[found.status].type_name != ADVISE:  # Ours goes on as long as its bridge, as positions do.
@@ -307,7 +316,8 @@ class _Collected:
     def _vehicle_frames(self, held: dict[str, Held]) -> dict[str, Held]:
         """Frames of vehicles that move, as topics with positions, where there are no others or they were named."""
         asked = self._asked.pose
-        if any(one.type_name in POSE_TYPES and one.messages and not WISHES.search(topic) for topic, one in held.items()):
+        local = set(POSE_TYPES) - set(ON_EARTH)
+        if any(one.type_name in local and one.messages and not WISHES.search(topic) for topic, one in held.items()):
             return {}
         found = {}
         for child, edge in self._edges.items():
@@ -342,13 +352,15 @@ class _Collected:
         if topic.endswith(tuple(f'/{name}' for name in ARDUPILOT_POSES)):
             accepted.add(ARDUPILOT_FRAME)
         poses, frames = stretch.vectors(in_file_order=in_file_order)
+        if stretch.type_name in ON_EARTH and len(poses.stamps_ns):
+            return self._on_earth(topic, poses)
         for frame, number in stretch.frames.items():
             rows = np.flatnonzero(frames == number)
             placed = self._placed(frame, accepted, poses.stamps_ns[rows]) if rows.size else True
             if placed is False:
                 raise LogError(
                     f"{self._path}: the positions on {topic} are in frame '{frame}', not '{MAP_FRAME}' (ENU), and no tf connects "
-                    f'the two; if its axes are east, north and up, pass --frame {frame or MAP_FRAME}; if it '
+                    f'the two; if its axes are east, north and up, pass --frame {shlex.quote(frame or MAP_FRAME)}; if it '
                     'lies elsewhere on the grid, say where: --frame-at=EAST,NORTH,UP,YAW'
                 )
             if isinstance(placed, Placed):
@@ -357,6 +369,20 @@ class _Collected:
         if not len(poses.stamps_ns):
             raise LogError(f'{self._path}: none of the {stretch.unfit} messages on {topic} fits its type; name another topic')
         return poses
+
+    def _on_earth(self, topic: str, poses: _Ordered) -> _Ordered:
+        """Positions of latitudes, longitudes and altitudes; their frame is the receiver's, which says nothing."""
+        if self._place is None:
+            raise LogError(
+                f'{self._path}: the positions on {topic} are places on the earth; '
+                "add the grid's place to the grid file: origin_wgs84: [latitude, longitude]"
+            )
+        try:
+            vectors, ground_m = self._place.fixes(poses.vectors)
+        except LogError as problem:
+            raise LogError(f'{self._path}, topic {topic}: {problem}') from None
+        self._said.append(f'heights on {topic} count from {ground_m:.1f} m, the lower one of where the recording begins and ends')
+        return poses._replace(vectors=vectors, on_earth=True)
 
     def _stretch(self, topic: str) -> _Stretch:
         stretch = self._vectors[topic]
@@ -380,6 +406,8 @@ class _Collected:
             if isinstance(placed, Placed):
                 commands.vectors[rows] = placed.turn(commands.vectors[rows])
         commands = commands.at(kept)
+        if self._place is not None and poses.on_earth:
+            commands = commands._replace(vectors=self._place.turned(commands.vectors))
         notes += [_unfit(stretch.unfit, topic)] * bool(stretch.unfit)
         if '' in stretch.frames and len(commands.stamps_ns):
             notes.append(f'commands on {topic} name no frame; they were taken as velocities to the east and north')

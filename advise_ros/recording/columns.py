@@ -26,7 +26,13 @@ STRINGS = {
     'geometry_msgs/msg/TransformStamped': 2,
     'geometry_msgs/msg/TwistStamped': 1,
     'geometry_msgs/msg/Twist': 0,
+    'geographic_msgs/msg/GeoPoseStamped': 1,
+    'geographic_msgs/msg/GeoPointStamped': 1,
+    'sensor_msgs/msg/NavSatFix': 1,
 }
+# Types with latitude, longitude [deg] and altitude [m] for a vector; of these NAVSAT_FIX has a status (int8, uint16) before it.
+ON_EARTH = tuple(name for name in STRINGS if name.startswith(('geographic_msgs', 'sensor_msgs')))
+NAVSAT_FIX = 'sensor_msgs/msg/NavSatFix'
 POINT = ('float64 x', 'float64 y', 'float64 z')
 COVARIANCE = 'float64[36] covariance'
 # These types and what they are made of, as ROS 2 defines them. (rosbags knows them all, but takes long to load.)
@@ -47,6 +53,15 @@ DEFINED = {
         'std_msgs/msg/Header header', 'string child_frame_id', 'geometry_msgs/msg/Transform transform',
     ),
     'geometry_msgs/msg/TwistStamped': ('std_msgs/msg/Header header', 'geometry_msgs/msg/Twist twist'),
+    'geographic_msgs/msg/GeoPoint': ('float64 latitude', 'float64 longitude', 'float64 altitude'),
+    'geographic_msgs/msg/GeoPose': ('geographic_msgs/msg/GeoPoint position', 'geometry_msgs/msg/Quaternion orientation'),
+    'geographic_msgs/msg/GeoPoseStamped': ('std_msgs/msg/Header header', 'geographic_msgs/msg/GeoPose pose'),
+    'geographic_msgs/msg/GeoPointStamped': ('std_msgs/msg/Header header', 'geographic_msgs/msg/GeoPoint position'),
+    'sensor_msgs/msg/NavSatStatus': ('int8 status', 'uint16 service'),
+    'sensor_msgs/msg/NavSatFix': (
+        'std_msgs/msg/Header header', 'sensor_msgs/msg/NavSatStatus status', 'float64 latitude', 'float64 longitude',
+        'float64 altitude', 'float64[9] position_covariance', 'uint8 position_covariance_type',
+    ),
     'nav_msgs/msg/Odometry': (
         'std_msgs/msg/Header header', 'string child_frame_id', 'geometry_msgs/msg/PoseWithCovariance pose',
         'geometry_msgs/msg/TwistWithCovariance twist',
@@ -114,7 +129,7 @@ def _spelt(kind: Any) -> str:
     return str(of[0]) if node == Nodetype.BASE else f'{_spelt(of[0])}[{of[1] or ""}]'
 
 
-def read(block: Block, rows: Integers, strings: int, frames: Frames) -> Column:
+def read(block: Block, rows: Integers, strings: int, frames: Frames, *, fix: bool = False) -> Column:
     """The messages at `rows`, in their order.
 
     Args:
@@ -122,6 +137,7 @@ def read(block: Block, rows: Integers, strings: int, frames: Frames) -> Column:
         rows: (n,) which of them.
         strings: as in STRINGS, for the type of these messages.
         frames: takes up the names of their frames.
+        fix: they are of NAVSAT_FIX; where there was no fix the vector is not a number.
     """
     data, count = block.data, len(rows)
     starts, sizes = block.starts[rows], block.ends[rows] - block.starts[rows]
@@ -133,12 +149,15 @@ def read(block: Block, rows: Integers, strings: int, frames: Frames) -> Column:
         frame = nothing + frames.number('') if len(rows) else nothing
         return Column(nothing, _vectors(data, starts + ENCAPSULATION), block.log_ns[rows], frame, count - len(rows), rows)
     lengths = gather(data, '<u4', starts + LENGTH_AT).astype(np.int64)
-    at, fits = _vectors_at(data, starts, sizes, lengths, strings)
+    at, fits = _vectors_at(data, starts, sizes, lengths, strings, fix=fix)
     rows, starts, lengths, at = _only(fits, rows, starts, lengths, at)
     seconds = gather(data, '<i4', starts + SECONDS_AT).astype(np.int64)
     stamps_ns = seconds * NS + gather(data, '<u4', starts + NANOSECONDS_AT)
     numbers = _frames_of(data, starts + STRING_AT, lengths, frames)
-    return Column(stamps_ns, _vectors(data, starts + at), block.log_ns[rows], numbers, count - len(rows), rows)
+    vectors = _vectors(data, starts + at)
+    if fix:
+        vectors[gather(data, 'i1', starts + STRING_AT + lengths) < 0] = np.nan
+    return Column(stamps_ns, vectors, block.log_ns[rows], numbers, count - len(rows), rows)
 
 
 def _vectors(data: bytes, at: Integers) -> npt.NDArray[np.float64]:
@@ -153,7 +172,7 @@ def _only(kept: npt.NDArray[np.bool_], *arrays: Integers) -> tuple[Integers, ...
 
 
 def _vectors_at(
-    data: bytes, starts: Integers, sizes: Integers, lengths: Integers, strings: int,
+    data: bytes, starts: Integers, sizes: Integers, lengths: Integers, strings: int, *, fix: bool,
 ) -> tuple[Integers, npt.NDArray[np.bool_]]:
     """Where the vector of each message lies from its start, and whether it lies inside."""
     at, fits = STRING_AT + lengths, lengths <= LONGEST_NAME
@@ -162,6 +181,8 @@ def _vectors_at(
         fits &= at + 4 <= sizes
         more = gather(data, '<u4', starts + np.where(fits, at, 0)).astype(np.int64)
         at, fits = at + 4 + more, fits & (more <= LONGEST_NAME)
+    if fix:
+        at = _aligned(at + 1, 2) + 2
     at = _aligned(at, 8)
     return at, fits & (at + VECTOR_BYTES <= sizes)
 

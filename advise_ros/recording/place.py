@@ -12,6 +12,8 @@ from advise_ros.core.errors import LogError
 Floats = npt.NDArray[np.float64]
 # Nobody flies further from the grid: another place was meant.
 FARTHEST_M = 50_000.0
+# So many fixes at the beginning and at the end of a recording say how high the ground is.
+AT_REST = 3
 
 
 @dataclass(frozen=True)
@@ -65,6 +67,24 @@ class Place:
                 f'[{latitudes_deg[np.isfinite(away_m)][0]:.6f}, {longitudes_deg[np.isfinite(away_m)][0]:.6f}]'
             )
         return self.turned(found)
+
+    def fixes(self, fixes: Floats) -> tuple[Floats, float]:
+        """Positions of a satellite receiver, whose altitudes are above the ellipsoid or the sea.
+
+        Args:
+            fixes: (n, 3) latitude, longitude [deg] and altitude [m]; not a number without a fix.
+
+        Returns:
+            (n, 3) [m] along the grid's axes, and the altitude [m] they count from: the lower one of where it began and ended.
+
+        Raises:
+            LogError: all of them are far away, or there is none.
+        """
+        heights = fixes[np.isfinite(fixes).all(axis=1), 2]
+        if not heights.size:
+            raise LogError('none of its positions has a fix; record where the sky is to be seen, or name another topic')
+        ground_m = float(min(np.median(heights[:AT_REST]), np.median(heights[-AT_REST:])))
+        return self.positions(fixes[:, 0], fixes[:, 1], fixes[:, 2] - ground_m), ground_m
 
     def moved(self, positions_enu_m: Floats, latitudes_deg: Floats, longitudes_deg: Floats) -> Floats:
         """Positions from origins of their own as positions from the grid's.

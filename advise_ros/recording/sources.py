@@ -22,7 +22,7 @@ Reader = Callable[[Path, BagTopics, Place | None, ProgressCallback | None], Reco
 
 
 def _bag(path: Path, topics: BagTopics, place: Place | None, progress: ProgressCallback | None) -> Recording:
-    return read_bag(path, topics, progress)
+    return read_bag(path, topics, progress, place)
 
 
 def _dataflash(path: Path, topics: BagTopics, place: Place | None, progress: ProgressCallback | None) -> Recording:

@@ -9,6 +9,7 @@ from typing import NamedTuple
 from advise_ros.core.errors import LogError
 from advise_ros.recording import px4
 from advise_ros.recording.climbs import those_that_fly
+from advise_ros.recording.columns import ON_EARTH
 from advise_ros.recording.states import EVENT_OF, STATES
 
 # ArduPilot's DDS sends positions east-north-up from its origin and calls their frame base_link all the same.
@@ -17,7 +18,7 @@ ARDUPILOT_POSES, ARDUPILOT_FRAME = ('ap/pose/filtered', 'ap/v1/pose/filtered'), 
 FRAME_TYPE, VEHICLE_FRAMES = 'frame of tf', ('base_link', 'base_footprint')
 POSE_TYPES = (
     'geometry_msgs/msg/PoseStamped', 'nav_msgs/msg/Odometry', 'geometry_msgs/msg/PoseWithCovarianceStamped',
-    'geometry_msgs/msg/TransformStamped', *px4.TYPES, FRAME_TYPE,
+    'geometry_msgs/msg/TransformStamped', *px4.TYPES, FRAME_TYPE, *ON_EARTH,
 )
 STAMPED, PLAIN = 'geometry_msgs/msg/TwistStamped', 'geometry_msgs/msg/Twist'
 COMMAND_TYPES = (STAMPED, PLAIN)
@@ -27,6 +28,7 @@ POSITIONS = (
     ('/pose',),
     ('local_position/pose', 'local_position/odom'),
     ('pose', 'odom', *ARDUPILOT_POSES, *px4.TOPICS),
+    ('global_position/global', 'geopose/filtered', 'navsat', 'fix'),
 )
 COMMANDS = ('cmd_vel', 'cmd_vel_unstamped')
 # Nodes that stand between a vehicle's namespace and its topics.
@@ -156,7 +158,7 @@ def choose_topics(path: object, held: Mapping[str, Held], asked: BagTopics) -> C
 def _is_worth_naming(held: Held, topic: str, pose: str, command: str) -> bool:
     if held.type_name in COMMAND_TYPES:
         return topic != command and (not command or topic.rsplit('/', 1)[-1] in COMMANDS)
-    return held.type_name in POSE_TYPES and topic != pose
+    return held.type_name in POSE_TYPES and held.type_name not in ON_EARTH and topic != pose
 
 
 # -- positions -------------------------------------------------------------------------------------

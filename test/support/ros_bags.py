@@ -20,6 +20,14 @@ STORE = get_typestore(Stores.ROS2_JAZZY)
 MESSAGES = ROOT / 'msg_defs' / 'msg'
 for kind in ('VehicleStatus', 'FlightStatus'):
     STORE.register(get_types_from_msg((MESSAGES / f'{kind}.msg').read_text(), f'advise_msgs/msg/{kind}'))
+# Of a package that rosbags does not ship.
+GEOGRAPHIC = {
+    'GeoPoint': 'float64 latitude\nfloat64 longitude\nfloat64 altitude\n',
+    'GeoPose': 'GeoPoint position\ngeometry_msgs/Quaternion orientation\n',
+    'GeoPoseStamped': 'std_msgs/Header header\nGeoPose pose\n',
+}
+for kind, text in GEOGRAPHIC.items():
+    STORE.register(get_types_from_msg(text, f'geographic_msgs/msg/{kind}'))
 Entry = tuple[str, Any, int]
 
 

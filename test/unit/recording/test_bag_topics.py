@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from pymap3d import enu2geodetic
 
 from advise_ros.core.demonstrations.discretise import DiscretiseSettings
 from advise_ros.core.demonstrations.recorded_flights import demonstrations_of
@@ -15,9 +16,22 @@ from advise_ros.core.demonstrations.samples import Recording
 from advise_ros.core.errors import LogError
 from advise_ros.core.units import NS
 from advise_ros.recording.bags import read_bag
+from advise_ros.recording.place import Place
 from advise_ros.recording.topics import BagTopics
 from support.flown import GRID, flight, round_trip
-from support.ros_bags import Entry, bag, command, entries_of, make, odometry, plain_command, pose, status, transform
+from support.ros_bags import (
+    Entry,
+    bag,
+    command,
+    entries_of,
+    header,
+    make,
+    odometry,
+    plain_command,
+    pose,
+    status,
+    transform,
+)
 
 FLOWN = flight(GRID, round_trip())
 POSES = [(int(stamp_ns), position) for stamp_ns, position in zip(*FLOWN.poses, strict=True)]
@@ -261,3 +275,63 @@ def test_a_playback_in_a_loop_recorded_by_simulated_time_is_divided(tmp_path: Pa
     (one,), (two,) = (demonstrations_of(GRID, flown, DiscretiseSettings()).demonstrations for flown in (FLOWN, other))
     assert [demonstration.actions for demonstration in found.demonstrations] == [one.actions, two.actions, one.actions]
     assert len(found.notes) == 2 and all('the clock goes back' in note for note in found.notes)
+
+
+# -- places on the earth ---------------------------------------------------------------------------
+HILL = Place(47.397742, 8.545594, heading_deg=30.0)
+GROUND_M = 488.0
+
+
+def fixes(topic: str, place: Place = HILL, *, geographic: bool = False, no_fix: int = 0) -> list[Entry]:
+    """As a receiver has them that flies FLOWN on a grid at that place; the first ones without a fix."""
+    found: list[Entry] = []
+    heading = math.radians(place.heading_deg)
+    for number, (stamp_ns, (x, y, z)) in enumerate(POSES):
+        east, north = x * math.cos(heading) + y * math.sin(heading), y * math.cos(heading) - x * math.sin(heading)
+        latitude, longitude, _ = enu2geodetic(east, north, 0.0, place.latitude_deg, place.longitude_deg, 0.0)
+        where = {'latitude': float(latitude), 'longitude': float(longitude), 'altitude': z + GROUND_M}
+        head = header(stamp_ns, 'gps_link')
+        if geographic:
+            still = make('geometry_msgs/msg/Quaternion', x=0.0, y=0.0, z=0.0, w=1.0)
+            inner = make('geographic_msgs/msg/GeoPose', position=make('geographic_msgs/msg/GeoPoint', **where), orientation=still)
+            message = make('geographic_msgs/msg/GeoPoseStamped', header=head, pose=inner)
+        else:
+            state = make('sensor_msgs/msg/NavSatStatus', status=-1 if number < no_fix else 2, service=1)
+            message = make('sensor_msgs/msg/NavSatFix', header=head, status=state, position_covariance=np.zeros(9), **where)
+        found.append((topic, message, stamp_ns))
+    return found
+
+
+def turned_to_east_and_north() -> list[Entry]:
+    """Commands as MAVROS sends them: to the true east and north."""
+    back = Place(0.0, 0.0, -HILL.heading_deg)
+    return [('/cmd_vel', command(stamp, back.turned(np.array([velocity]))[0]), stamp) for stamp, velocity in COMMANDS]
+
+
+@pytest.mark.parametrize('geographic', [False, True], ids=['NavSatFix', 'GeoPoseStamped'])
+def test_places_on_the_earth_are_positions_of_a_grid_that_has_one(tmp_path: Path, geographic: bool) -> None:
+    topic = '/ap/geopose/filtered' if geographic else '/mavros/global_position/global'
+    path = bag(tmp_path / 'bag', [*fixes(topic, geographic=geographic), *turned_to_east_and_north()])
+    found = read_bag(path, place=HILL)
+    assert chosen(found)[0] == topic and flown_as_commanded(found)
+    assert np.abs(found.poses.positions_enu_m - FLOWN.poses.positions_enu_m).max() < 0.11
+    assert f'heights on {topic} count from {GROUND_M + 0.1:.1f} m' in found.notes[0]
+    with pytest.raises(LogError, match=rf'positions on {topic} are places on the earth; .*origin_wgs84'):
+        read_bag(path)
+    with pytest.raises(LogError, match=r'lie \d+ km from origin_wgs84'):
+        read_bag(path, place=Place(8.545594, 47.397742))
+
+
+def test_a_receiver_without_a_fix_is_nowhere(tmp_path: Path) -> None:
+    path = bag(tmp_path / 'some', [*fixes('/fix', no_fix=5), *turned_to_east_and_north()])
+    assert np.isnan(read_bag(path, place=HILL).poses.positions_enu_m[:5]).all()
+    path = bag(tmp_path / 'none', fixes('/fix', no_fix=len(POSES)))
+    with pytest.raises(LogError, match='topic /fix: none of its positions has a fix'):
+        read_bag(path, place=HILL)
+
+
+def test_positions_in_metres_go_before_places_on_the_earth_and_those_are_not_named_as_unused(tmp_path: Path) -> None:
+    path = bag(tmp_path / 'bag', [*fixes('/mavros/global_position/global'), *positions(f'{MAVROS}/pose')])
+    found = read_bag(path, place=HILL)
+    assert chosen(found)[0] == f'{MAVROS}/pose' and not found.notes
+    assert chosen(read_bag(path, BagTopics(pose=('global_position/global',)), place=HILL))[0] == '/mavros/global_position/global'
