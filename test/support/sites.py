@@ -18,10 +18,15 @@ def flown_site(seed: int = 0) -> tuple[Site, tuple[Demonstration, ...]]:
     return site, flights_of(site, pilot_of(site, 'errs', 0.4, 0.2, np.random.default_rng([seed, 1])), FLIGHTS)
 
 
-def asking(seed: int = 0) -> tuple[Site, Session]:
-    """A session on it that has learnt from the flights; its question, if it has one, is open."""
+def asking(seed: int = 0, enough: float = LearnSettings.enough) -> tuple[Site, Session]:
+    """A session on it that has learnt from the flights; its question, if it has one, is open.
+
+    Args:
+        seed: of the site, the flights and the learner.
+        enough: what saves less steps is not asked.
+    """
     site, flights = flown_site(seed)
-    session = Session(site.grid, LearnSettings(acquisition='site', seed=seed))
+    session = Session(site.grid, LearnSettings(acquisition='site', seed=seed, enough=enough))
     for flight in flights:
         session.add(flight)
     session.learn()

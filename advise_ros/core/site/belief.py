@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import NamedTuple
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
+import numpy.typing as npt
 
 from advise_ros.core.numerics import Floats, Ints
 from advise_ros.core.site.chain import CompiledAnswers, Problem, log_answers
@@ -15,6 +16,7 @@ from advise_ros.core.site.plan import barred
 from advise_ros.core.site.tempering import TEMPERATURES, Draws, draw
 from advise_ros.core.site.wishes import ALIKE, GRADED, Wishes
 
+MapsT = TypeVar('MapsT', bound=npt.NDArray[Any])
 # An answer is right with this probability; a right one calls each action otherwise than the map with the other; a wrong one is
 # one of so many.
 RIGHT, OTHERWISE, WRONG_ANSWERS = 0.9, 0.1, 30
@@ -28,6 +30,8 @@ FLATTER = 3.0
 # Log odds against a richer kind of wishes, before anything was seen. It is looked at closely, and the pilot fitted to it, if
 # it is not further behind than this after a first drawing [nat].
 RICHER_ODDS, UNPROMISING = 4.0, 3.0
+# Before any answer, the moves are doubted with this probability when questions are weighed.
+DOUBT = 0.5
 # Maps drawn before an answer are kept if those that go with it are at least this share (effective sample size).
 LEAST_SUPPORT = 0.1
 # Answers that the maps fit worse than this [nat] say that there may be a richer wish.
@@ -111,6 +115,7 @@ class SiteBelief:
         maps: (k, cells) 1 for cells to keep out of, equally likely. With richer kinds of wishes what entering a cell costs in
             what entering one to keep out of does; (k, layers, cells) if that depends on the waypoint.
         doubting: (m, cells) or (m, layers, cells) maps that lie half-way to doubting the moves; for questions.
+        doubt: probability that the moves are to be doubted so, after the answers.
         pilots: models of the pilot that explain the moves, the likeliest first.
         answers: what was said.
         flights: the moves.
@@ -121,6 +126,7 @@ class SiteBelief:
     pilots: tuple[PilotBelief, ...]
     answers: tuple[SiteAnswer, ...]
     flights: Moves
+    doubt: float = DOUBT
 
     @property
     def expected(self) -> Floats:
@@ -171,12 +177,21 @@ def tell(
     plain = next((one for one in again if one.wishes == ALIKE), None)
     again = [one if plain is None or one.wishes == ALIKE else _against(plain, one) for one in again]
     again = [_with_earlier(layout, one, before, answer) for one, before in zip(again, belief.pilots, strict=True)]
-    told = _weighed(layout, tuple(again), belief.flights, answers, settings)
+    told = replace(_weighed(layout, tuple(again), belief.flights, answers, settings), doubt=_doubt_after(layout, belief, answer))
     plain = next((one for one in told.pilots if one.wishes == ALIKE), None)
     if plain is None or plain.draws.answers > CONTRADICTED:
         return told
     known = {model.wishes.name for model in told.pilots}
     return _with_richer(layout, told, tuple(one for one in settings.contradicted if one.name not in known), prices, settings, rng)
+
+
+def _doubt_after(layout: Layout, belief: SiteBelief, answer: SiteAnswer) -> float:
+    """Bayes' rule: doubt fades as answers come out as the moves have them, and grows where they do not."""
+    compiled = _compiled_answers((answer,))
+    believed, doubted = (
+        np.exp([log_answers(compiled, row) for row in best_sets(layout, maps)]).mean() for maps in (belief.maps, belief.doubting)
+    )
+    return float(rounded(belief.doubt * doubted / (belief.doubt * doubted + (1.0 - belief.doubt) * believed), 20))
 
 
 def _with_earlier(layout: Layout, model: PilotBelief, before: PilotBelief, answer: SiteAnswer) -> PilotBelief:
@@ -299,8 +314,8 @@ def _weighed(
     weights = evidence / evidence.sum()
     kept = [one._replace(weight=float(weight)) for one, weight in zip(kept, weights, strict=True)]
     shares = [round(one.weight * settings.maps) for one in kept]
-    maps = _together(layout, kept, [_spread(one.draws.maps, share) for one, share in zip(kept, shares, strict=True)])
-    halves = [_spread(one.draws.doubting, max(1, share // 2)) for one, share in zip(kept, shares, strict=True)]
+    maps = _together(layout, kept, [spread(one.draws.maps, share) for one, share in zip(kept, shares, strict=True)])
+    halves = [spread(one.draws.doubting, max(1, share // 2)) for one, share in zip(kept, shares, strict=True)]
     return SiteBelief(maps, _together(layout, kept, halves), tuple(kept), answers, flights)
 
 
@@ -320,5 +335,7 @@ def _within(models: tuple[PilotBelief, ...], behind: float) -> tuple[PilotBelief
     return tuple(one for one in models if one.level > top - behind)
 
 
-def _spread(maps: Bytes, number: int) -> Bytes:
-    return maps[np.linspace(0, len(maps) - 1, number).round().astype(np.int64)]
+def spread(maps: MapsT, number: int) -> MapsT:
+    """A number of the maps, evenly from all; some more than once where there are fewer."""
+    chosen: MapsT = maps[np.linspace(0, len(maps) - 1, number).round().astype(np.int64)]  # type: ignore[assignment]
+    return chosen

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from advise_ros.core.numerics import Floats, Ints
-from advise_ros.core.site.belief import SiteBelief
+from advise_ros.core.site.belief import SiteBelief, spread
 from advise_ros.core.site.chain import answer_code
 from advise_ros.core.site.compiled import compiled
 from advise_ros.core.site.dispute import MOST_CELLS, Dispute, dispute_of
@@ -51,7 +51,7 @@ def next_question(
         rng: of the choice of maps and candidates, where there are many.
         unwanted: states of questions that the person does not want to hear again, nor others that tell the same.
     """
-    asking = np.concatenate([belief.maps[::2], belief.doubting])
+    asking = _asking(belief)
     sets = best_sets(layout, asking)
     differs = (sets != sets[0]).any(axis=0)
     refused = {_answers(sets, piece).tobytes() for piece in unwanted}
@@ -67,6 +67,12 @@ def next_question(
     chosen = grasped(sets, pieces, pieces[int(worths.argmax())])
     codes = _codes(sets, np.array(chosen, dtype=np.int32))
     return SiteQuestion(chosen, float(worths.max()), dispute_of(layout, asking, codes))
+
+
+def _asking(belief: SiteBelief) -> Bytes:
+    """(about 100, ...) maps, those that doubt the moves in proportion to that doubt."""
+    doubting = round(belief.doubt * len(belief.maps))
+    return np.concatenate([spread(belief.maps, len(belief.maps) - doubting), spread(belief.doubting, doubting)])
 
 
 def grasped(sets: Bytes, candidates: Sequence[tuple[int, ...]], best: tuple[int, ...]) -> tuple[int, ...]:

@@ -11,7 +11,7 @@ from advise_ros.core.advice.advice import Query
 from advise_ros.core.demonstrations.demonstration import count
 from advise_ros.core.grid.grid import Grid
 from advise_ros.core.irl.settings import LearnSettings
-from advise_ros.core.site.belief import SamplerSettings, SiteAnswer, SiteBelief, believe, problem_of, tell
+from advise_ros.core.site.belief import DOUBT, SamplerSettings, SiteAnswer, SiteBelief, believe, problem_of, tell
 from advise_ros.core.site.chain import new_chain
 from advise_ros.core.site.layout import layout_of
 from advise_ros.core.site.pilots import PILOTS, moves_of
@@ -106,3 +106,14 @@ def test_a_question_is_about_few_cells_of_one_layer() -> None:
             assert len({state // site.grid.n_cells for state in question.states}) == 1
             assert len(question.states) <= 6
             assert question.worth > 0.0
+
+
+def test_doubt_fades_with_an_answer_that_the_moves_bear_out_and_grows_with_one_that_they_do_not() -> None:
+    site, belief = learnt(0)
+    layout = layout_of(site.grid)
+    question = next_question(layout, belief, np.random.default_rng(0))
+    assert question is not None and belief.doubt == DOUBT
+    preferred, avoided = expert_of(site, 0.0, np.random.default_rng(0)).advice(question.states)
+    borne_out = tell(layout, belief, SiteAnswer(question.states, preferred, avoided), np.random.default_rng(1))
+    opposite = tell(layout, belief, SiteAnswer(question.states, avoided, preferred), np.random.default_rng(1))
+    assert 0.0 < borne_out.doubt < DOUBT < opposite.doubt < 1.0

@@ -58,7 +58,7 @@ def test_gestures_say_mostly_what_directions_say_and_lead_there() -> None:
     """An expert who sees only the cells in dispute, beside one who names directions in the states asked about."""
     opposed = asked = successes = 0
     for seed in range(3):
-        site, session = asking(seed)
+        site, session = asking(seed, enough=0.25)
         expert = expert_of(site, 0.0, np.random.default_rng(seed))
         while (query := session.query) is not None and len(session.log) < MOST_ANSWERS:
             assert [option.meaning for option in query.options] == [Meaning.KEEP_OUT, Meaning.FLY_THROUGH]
