@@ -158,6 +158,8 @@ def _state_messages(logged: Logged, vehicle: TelemetryVehicle) -> list[StateMess
     for kind in (HEARTBEAT, EXTENDED_SYS_STATE):
         columns = logged[kind]
         mine = np.flatnonzero((columns.senders == vehicle.sender).all(axis=1))
+        if not vehicle.repeated:
+            mine = mine[_says_more(columns.stamps_ns[mine], columns.values[mine])]
         rows = zip(columns.rows[mine].tolist(), columns.stamps_ns[mine].tolist(), columns.values[mine].tolist(), strict=True)
         of_kind = [StateMessage(row, stamp_ns, kind, *map(int, values)) for row, stamp_ns, values in rows]
         if vehicle.repeated:
@@ -165,6 +167,18 @@ def _state_messages(logged: Logged, vehicle: TelemetryVehicle) -> list[StateMess
             of_kind = [of_kind[index] for index in without_echoes(said, round(vehicle.lag_s * NS))]
         found += of_kind
     return sorted(found)
+
+
+def _says_more(stamps_ns: npt.NDArray[np.int64], values: Floats) -> npt.NDArray[np.bool_]:
+    """(n,) the messages that change something, the first of each second and the last before a pause of a second.
+
+    The others say nothing: a pause is a silence only after seconds (known_states.SILENCE_NS), and an autopilot may send its
+    state hundreds of thousands of times.
+    """
+    more = np.ones(len(stamps_ns), dtype=np.bool_)
+    seconds, last = stamps_ns // NS, np.append(np.diff(stamps_ns) > NS, True)  # noqa: FBT003  a value
+    more[1:] = (values[1:] != values[:-1]).any(axis=1) | (seconds[1:] != seconds[:-1]) | last[1:]
+    return more
 
 
 def is_velocity(message: Message) -> bool:
