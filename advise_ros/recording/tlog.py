@@ -176,7 +176,7 @@ def _says_more(stamps_ns: npt.NDArray[np.int64], values: Floats) -> npt.NDArray[
     state hundreds of thousands of times.
     """
     more = np.ones(len(stamps_ns), dtype=np.bool_)
-    seconds, last = stamps_ns // NS, np.append(np.diff(stamps_ns) > NS, True)  # noqa: FBT003  a value
+    seconds, last = stamps_ns // NS, np.append(np.diff(stamps_ns) > NS, True)
     more[1:] = (values[1:] != values[:-1]).any(axis=1) | (seconds[1:] != seconds[:-1]) | last[1:]
     return more
 

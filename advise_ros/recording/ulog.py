@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from io import BufferedReader, FileIO
+from mmap import ACCESS_READ, mmap
 from pathlib import Path
 from typing import Any
 
@@ -29,8 +30,8 @@ VELOCITIES = (('velocity[0]', 'velocity[1]', 'velocity[2]'), ('vx', 'vy', 'vz'))
 
 # pyulog reads a few bytes at a time.
 BUFFER = 1024 * 1024
-# Before each message.
-HEAD_BYTES = 3
+# Before all messages, and before each.
+FILE_HEAD_BYTES, HEAD_BYTES = 16, 3
 
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
@@ -38,28 +39,28 @@ Integers = npt.NDArray[np.int64]
 Columns = Mapping[str, npt.NDArray[Any]]
 
 
-class _WatchedFile(BufferedReader):
-    """A log that says how far it was read, and whether its last message is whole.
-
-    Attributes:
-        cut: a message was shorter than its head says; at the very end pyulog asks for a further head in vain.
-    """
+class _WatchedFile(FileIO):
+    """A log that says how far it was read; a buffer in front of it asks for BUFFER bytes at a time."""
 
     def __init__(self, path: Path, progress: ProgressCallback | None) -> None:
-        super().__init__(FileIO(path), BUFFER)
-        self.cut = False
-        self._progress, self._size = progress, path.stat().st_size
-        self._read, self._said = 0, 0
+        super().__init__(path)
+        self._progress, self._size, self._read = progress, path.stat().st_size, 0
 
-    def read(self, size: int | None = -1, /) -> bytes:
-        data = super().read(size)
-        self._read += len(data)
-        if size is not None and len(data) < size and (data or size != HEAD_BYTES):
-            self.cut = True
-        if self._progress is not None and self._read - self._said > self._size // 100:
-            self._said = self._read
+    def readinto(self, buffer: Any, /) -> int | None:
+        count = super().readinto(buffer)
+        self._read += count or 0
+        if self._progress is not None and count:
             self._progress(self._read, self._size)
-        return data
+        return count
+
+
+def _is_cut(path: Path) -> bool:
+    """Whether the last message is shorter than its head says; heads of two bytes of length and one of type follow each other."""
+    with path.open('rb') as file, mmap(file.fileno(), 0, access=ACCESS_READ) as data:
+        at, size = FILE_HEAD_BYTES, len(data)
+        while at + HEAD_BYTES <= size:
+            at += HEAD_BYTES + data[at] + 256 * data[at + 1]
+    return at != size
 
 
 def read_ulog(path: str | Path, place: Place | None = None, progress: ProgressCallback | None = None) -> Recording:
@@ -79,9 +80,9 @@ def read_ulog(path: str | Path, place: Place | None = None, progress: ProgressCa
     from pyulog import ULog  # noqa: PLC0415  few need it
 
     try:
-        with _WatchedFile(Path(path), progress) as file:
+        with BufferedReader(_WatchedFile(Path(path), progress), BUFFER) as file:
             log: Any = ULog(file, [POSITION, STATUS, LANDED, SETPOINT], disable_str_exceptions=True)
-            cut = file.cut
+        cut = not log.file_corruption and _is_cut(Path(path))
     except OSError as problem:
         raise LogError(f'{path} cannot be read ({problem.strerror}); name another recording') from None
     except Exception as problem:  # pyulog lets many types through for damaged files
