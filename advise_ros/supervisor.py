@@ -25,7 +25,15 @@ POLL_S = 0.02
 
 
 class ChildDiedError(AdviseError):
-    """A process that should run has ended; the message holds its last lines."""
+    """A process that should run has ended; the message holds its last lines.
+
+    Attributes:
+        name: of the process.
+    """
+
+    def __init__(self, name: str, message: str) -> None:
+        super().__init__(message)
+        self.name = name
 
 
 def executable(name: str) -> Path:
@@ -127,7 +135,7 @@ class Supervisor:
             code = child.process.poll()
             if code is not None and child.fatal and not (child.may_end and code == 0):
                 how = f'was killed by {signal.Signals(-code).name}' if code < 0 else f'ended with exit code {code}'
-                raise ChildDiedError(f'{child.name} {how}; its last lines ({child.log_path}):\n{child.last_lines()}')
+                raise ChildDiedError(child.name, f'{child.name} {how}; its last lines ({child.log_path}):\n{child.last_lines()}')
 
     def stop(self, *children: Child) -> tuple[str, ...]:
         """Ask children to stop, then make them; returns when all are gone, with the names of those that were made to."""

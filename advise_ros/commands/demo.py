@@ -101,7 +101,7 @@ def run(options: DemoOptions, console: DemoConsole) -> int:
         AdviseError: something in it failed.
     """
     sites = load_sites(options)
-    check_parameters(options)
+    check_parameters(options.params_file)
     refuse_a_full_disk(options.out, node_config(options.params_file, 'logger', LoggerConfig).min_free_mib)
     pool = TrialPool()
     try:

@@ -17,12 +17,11 @@ from advise_ros.config import ConsoleConfig
 from advise_ros.console import language
 from advise_ros.console.board import newer
 from advise_ros.console.listener import GraphListener
+from advise_ros.console.port import HOST
 from advise_ros.console.protection import Gate, Protection
 from advise_ros.console.requests import RequestDispatcher
-from advise_ros.core.errors import InputError
 
 STATIC = Path(__file__).parent / 'static'
-HOST = '127.0.0.1'
 # A page that hears nothing for some of these says that it is cut off.
 BEAT_S = 1.0
 STOP_PATIENCE_S = 3.0
@@ -36,24 +35,6 @@ HEAD = '<link rel="stylesheet" href="/console/console.css">' + ''.join(
 )
 # Browsers load the page's files again when they have changed.
 CACHE_S = 0
-
-
-def bind(port: int) -> socket.socket:
-    """A socket on the local host; port 0 takes any that is free.
-
-    Raises:
-        InputError: somebody else has it.
-    """
-    bound = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
-    bound.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-    try:
-        bound.bind((HOST, port))
-        bound.listen()  # Who comes before the server is up waits, and is not turned away.
-    except OSError as problem:
-        bound.close()
-        reason = f'port {port} of {HOST} cannot be used ({problem.strerror})'
-        raise InputError(f'{reason}; name another by -p port:=N, or 0 for any') from None
-    return bound
 
 
 def texts(code: str) -> dict[str, Any]:

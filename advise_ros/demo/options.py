@@ -132,7 +132,7 @@ def node_config(params_file: Path, node: str, config_class: type[config.ConfigT]
     return config.build(config_class, node_parameters(params_file, node))
 
 
-def check_parameters(options: DemoOptions) -> None:
+def check_parameters(params_file: Path) -> None:
     """Read every node's parameters as the nodes will, before any of them starts.
 
     Raises:
@@ -140,9 +140,9 @@ def check_parameters(options: DemoOptions) -> None:
     """
     for node, config_class in NODES.items():
         try:
-            node_config(options.params_file, node, config_class)
+            node_config(params_file, node, config_class)
         except InputError as problem:
-            raise InputError(f'parameter file {options.params_file}, {node}: {problem}') from None
+            raise InputError(f'parameter file {params_file}, {node}: {problem}') from None
 
 
 def free_udp_port() -> int:

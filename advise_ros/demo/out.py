@@ -26,12 +26,13 @@ def refuse_what_holds_something(out: Path) -> None:
         raise InputError(f'{out} holds something already; name another directory by --out')
 
 
-def refuse_a_full_disk(out: Path, reserve_mib: int) -> None:
+def refuse_a_full_disk(out: Path, reserve_mib: int, option: str = '--out') -> None:
     """A run whose bag would end early does not begin.
 
     Args:
         out: directory to be made.
         reserve_mib: what the logger leaves free.
+        option: that names the directory.
 
     Raises:
         InputError: too little is free on its disk.
@@ -40,8 +41,8 @@ def refuse_a_full_disk(out: Path, reserve_mib: int) -> None:
     free = shutil.disk_usage(there).free // MIB
     if free < NEEDED_MIB + reserve_mib:
         raise InputError(
-            f'the disk of {out} has {free} MiB left, and the demo needs {NEEDED_MIB + reserve_mib}; '
-            'free some, or name a directory on another disk by --out'
+            f'the disk of {out} has {free} MiB left, and a run needs {NEEDED_MIB + reserve_mib}; '
+            f'free some, or name a directory on another disk by {option}'
         )
 
 

@@ -9,9 +9,10 @@ from rclpy.node import Node
 from advise_ros import exits
 from advise_ros.config import ConsoleConfig
 from advise_ros.console.listener import GraphListener
+from advise_ros.console.port import HOST, bind
 from advise_ros.console.protection import Gate
 from advise_ros.console.requests import RequestDispatcher
-from advise_ros.console.server import HOST, PageServer, bind
+from advise_ros.console.server import PageServer
 from advise_ros.recording.gridfile import load_grid
 from advise_ros.ros import diagnostics, parameters, run
 

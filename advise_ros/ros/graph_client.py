@@ -64,6 +64,7 @@ class GraphClient:
 
     def __init__(
         self, name: str, check: Callable[[], None] = lambda: None, clock: Callable[[], float] = time.monotonic,
+        namespace: str = '',
     ) -> None:
         """Joins the graph.
 
@@ -71,10 +72,11 @@ class GraphClient:
             name: of the node.
             check: called while waiting; may raise, e.g. when a process died.
             clock: seconds by which waiting is limited.
+            namespace: of the graph, '' none.
         """
         if not rclpy.ok():
             rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
-        self.node = Node(name)
+        self.node = Node(name, namespace=namespace or None)
         self._check = check
         self._clock = clock
         self.vehicle: VehicleStatus | None = None

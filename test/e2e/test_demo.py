@@ -14,23 +14,10 @@ from pathlib import Path
 import pytest
 
 from support.demo_site import SMALL_SITE
-from support.processes import executable
+from support.processes import executable, living_in_domain
 
 PATIENCE_S = 600.0
 SHORT = (*SMALL_SITE, '--flights', '2', '--answers', '2')
-
-
-def living_in_domain(domain: str) -> dict[int, str]:
-    """Command lines by process id of all other processes that were started in a ROS domain."""
-    found = {}
-    for environ in Path('/proc').glob('[0-9]*/environ'):
-        number = int(environ.parent.name)
-        try:
-            if number != os.getpid() and f'ROS_DOMAIN_ID={domain}\0'.encode() in environ.read_bytes():
-                found[number] = (environ.parent / 'cmdline').read_bytes().replace(b'\0', b' ').decode()
-        except OSError:
-            continue
-    return {number: command for number, command in found.items() if command}
 
 
 def pid_in_domain(domain: str, command: str) -> int:

@@ -45,6 +45,19 @@ def living_in_group(group: int) -> list[int]:
     return found
 
 
+def living_in_domain(domain: str) -> dict[int, str]:
+    """Command lines by process id of all other processes that were started in a ROS domain."""
+    found = {}
+    for environ in Path('/proc').glob('[0-9]*/environ'):
+        number = int(environ.parent.name)
+        try:
+            if number != os.getpid() and f'ROS_DOMAIN_ID={domain}\0'.encode() in environ.read_bytes():
+                found[number] = (environ.parent / 'cmdline').read_bytes().replace(b'\0', b' ').decode()
+        except OSError:
+            continue
+    return {number: command for number, command in found.items() if command}
+
+
 class Process:
     """A child in its own process group.
 

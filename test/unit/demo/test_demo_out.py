@@ -75,5 +75,5 @@ def test_a_grid_that_cannot_be_read_is_refused_before_anything_is_made(tmp_path:
 def test_a_disk_that_is_nearly_full_is_refused_with_what_is_needed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(shutil, 'disk_usage', lambda path: SimpleNamespace(free=120 << 20))
     refuse_a_full_disk(tmp_path / 'not' / 'there', 20)
-    with pytest.raises(InputError, match='has 120 MiB left, and the demo needs 150; free some'):
+    with pytest.raises(InputError, match='has 120 MiB left, and a run needs 150; free some'):
         refuse_a_full_disk(tmp_path / 'not' / 'there', 50)

@@ -95,8 +95,8 @@ def test_a_missing_file_and_a_missing_heading_are_broken_links(tmp_path: Path) -
 
 def test_a_missing_executable_and_a_missing_script_are_unknown_commands(tmp_path: Path) -> None:
     page = tmp_path / 'page.md'
-    page.write_text('./advise policy\nros2 run advise_ros fly\n./advise python tools/none.py\n')
-    assert unknown_commands(page) == ['fly', 'tools/none.py']
+    page.write_text('./advise policy\nros2 run advise_ros swim\n./advise python tools/none.py\n')
+    assert unknown_commands(page) == ['swim', 'tools/none.py']
 
 
 def test_a_module_that_moved_is_missing(tmp_path: Path) -> None:

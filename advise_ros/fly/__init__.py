@@ -1,0 +1,1 @@
+"""`advise fly`: the whole graph around one vehicle, from one command."""
