@@ -82,7 +82,7 @@ def test_a_port_in_use_is_one_sentence(graph: Graph) -> None:
     _, address = start_console(graph)
     second = graph.run('console', '--ros-args', '-p', f'port:={urlsplit(address).port}')
     assert second.popen.returncode == 2
-    assert 'cannot be used (Address already in use)' in second.err[-1]
+    assert 'which cannot be used on 127.0.0.1 (address already in use)' in second.err[-1]
 
 
 # -- several people --------------------------------------------------------------------------
