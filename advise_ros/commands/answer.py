@@ -14,6 +14,7 @@ from std_srvs.srv import Trigger
 
 from advise_msgs.msg import LearnerStatus
 from advise_msgs.srv import AnswerQuery, PreviewAnswer, RetractAdvice
+from advise_ros.command_line import CommandParser
 from advise_ros.commands.question_text import log_text, question_text
 from advise_ros.core.advice.advice import Answer, AnswerOption, Verdict
 from advise_ros.core.errors import AdviseError, InputError
@@ -63,7 +64,7 @@ def run(argv: Sequence[str]) -> int:
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
+    parser = CommandParser(
         prog='answer', description=__doc__, epilog=EPILOG, formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument('--query', type=int, metavar='ID', help='the query that is answered')

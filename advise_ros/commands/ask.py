@@ -15,6 +15,7 @@ from rclpy.signals import SignalHandlerOptions
 from rich.console import Console
 from rich.live import Live
 
+from advise_ros.command_line import CommandParser
 from advise_ros.config import ConsoleConfig
 from advise_ros.console.board import newer
 from advise_ros.console.keyboard import decode
@@ -78,7 +79,7 @@ def run(argv: Sequence[str]) -> int:
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
+    parser = CommandParser(
         prog='ask', description=__doc__, epilog=EPILOG, formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument('--name', default=getpass.getuser(), help='your name, kept with your answers (default %(default)s)')

@@ -8,6 +8,7 @@ import time
 from dataclasses import dataclass
 from pathlib import Path
 
+from advise_ros.command_line import CommandParser
 from advise_ros.config import LoggerConfig
 from advise_ros.core.errors import AdviseError, InputError
 from advise_ros.demo.console import DemoConsole
@@ -49,7 +50,7 @@ def parse(argv: list[str] | None = None) -> DemoOptions:
     Raises:
         InputError: a file does not exist or a number is out of range.
     """
-    parser = argparse.ArgumentParser(
+    parser = CommandParser(
         prog='demo', description=__doc__, epilog=EXAMPLES, formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument('--expert', choices=('simulated', 'human'), default='simulated', help='who answers')

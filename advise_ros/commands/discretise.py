@@ -16,6 +16,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from rich.table import Table
 
 from advise_ros import config
+from advise_ros.command_line import CommandParser
 from advise_ros.config import RecorderConfig
 from advise_ros.core.demonstrations import recorded_flights
 from advise_ros.core.demonstrations.demonstration import Audit, Demonstration
@@ -95,7 +96,7 @@ def _save(out: str, outcome: BatchOutcome, grid: Grid, settings: DiscretiseSetti
 
 # -- options ---------------------------------------------------------------------------------------
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
+    parser = CommandParser(
         prog='discretise', description='Turn recordings of flights into demonstrations on a grid, with an audit.',
         epilog=EXAMPLES, formatter_class=argparse.RawDescriptionHelpFormatter,
     )

@@ -11,6 +11,7 @@ from typing import Any
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
+from advise_ros.command_line import CommandParser
 from advise_ros.core.errors import AdviseError
 from advise_ros.core.irl.solvers.choose import AUTO, SOLVERS
 from advise_ros.domains import DOMAINS
@@ -192,7 +193,7 @@ def _performer(options: argparse.Namespace) -> runner.Performer:
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
+    parser = CommandParser(
         prog='experiments', description=__doc__, epilog=EPILOG, formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     commands = parser.add_subparsers(required=True, metavar='COMMAND')

@@ -13,6 +13,7 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
+from advise_ros.command_line import CommandParser
 from advise_ros.commands import old_parameters
 from advise_ros.commands.checked_vehicle import COMPONENT_ID, CheckedVehicle
 from advise_ros.commands.old_parameters import OldParameters, ParameterChange
@@ -67,7 +68,7 @@ def run(argv: Sequence[str]) -> int:
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
+    parser = CommandParser(
         prog='fly_check', description=__doc__, epilog=EPILOG, formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     add = parser.add_argument

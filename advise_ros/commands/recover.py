@@ -7,6 +7,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from advise_ros.command_line import CommandParser
 from advise_ros.core.errors import AdviseError, LogError
 from advise_ros.exits import INTERRUPTED, OK, USAGE, VERDICT_NO, fail
 from advise_ros.recording.repair import recover
@@ -48,7 +49,7 @@ def run(argv: Sequence[str]) -> int:
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
+    parser = CommandParser(
         prog='recover', description='Write what is whole of an unfinished or damaged bag (MCAP) into a new one.',
         epilog=EPILOG, formatter_class=argparse.RawDescriptionHelpFormatter,
     )

@@ -11,6 +11,7 @@ from pathlib import Path
 
 from rich.console import Console
 
+from advise_ros.command_line import CommandParser
 from advise_ros.core.errors import AdviseError, InputError
 from advise_ros.exits import INTERRUPTED, OK, VERDICT_NO, fail
 from advise_ros.replay.against import against, load_baseline
@@ -89,7 +90,7 @@ def _write(path: str, text: str) -> None:
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
+    parser = CommandParser(
         prog='replay', description='Check that a recorded session follows from what its bag holds.',
         epilog=EPILOG, formatter_class=argparse.RawDescriptionHelpFormatter,
     )

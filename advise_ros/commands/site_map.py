@@ -6,6 +6,7 @@ import argparse
 import sys
 from collections.abc import Sequence
 
+from advise_ros.command_line import CommandParser
 from advise_ros.core.errors import AdviseError, InputError
 from advise_ros.exits import INTERRUPTED, OK, fail
 from advise_ros.recording.sitefile import begin_site, save_site
@@ -56,7 +57,7 @@ def _kept(options: argparse.Namespace) -> str:
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
+    parser = CommandParser(
         prog='site_map', description='Keep what a recorded session learnt of its site, for other routes over it.', epilog=EPILOG,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )

@@ -17,6 +17,7 @@ from advise_ros.core.grid.grid import Grid
 from advise_ros.core.people.known_site import Site, site_of
 from advise_ros.recording.gridfile import load_grid
 from advise_ros.recording.wishfile import load_wish
+from advise_ros.yaml_problem import in_words
 
 # The nodes that the demo starts.
 NODES: dict[str, type[Any]] = {
@@ -110,8 +111,8 @@ def _tree(params_file: Path) -> Mapping[Any, Any]:
         tree = yaml.safe_load(params_file.read_text(encoding='utf-8'))
     except OSError as problem:
         reason = str(problem.strerror)
-    except (UnicodeDecodeError, yaml.YAMLError):
-        reason = 'it is not YAML'
+    except (UnicodeDecodeError, yaml.YAMLError) as problem:
+        reason = in_words(problem)
     else:
         if isinstance(tree, Mapping) and all(_has_parameters(entry) for entry in tree.values()):
             return tree

@@ -8,6 +8,7 @@ import time
 from dataclasses import dataclass
 from pathlib import Path
 
+from advise_ros.command_line import CommandParser
 from advise_ros.config import ConsoleConfig, LoggerConfig
 from advise_ros.console.port import bind
 from advise_ros.core.errors import InputError
@@ -84,7 +85,7 @@ class FlyOptions:
 
 def parser() -> argparse.ArgumentParser:
     """The command line."""
-    made = argparse.ArgumentParser(
+    made = CommandParser(
         prog='fly', formatter_class=argparse.RawDescriptionHelpFormatter, epilog=EXAMPLES,
         description='Starts everything around one vehicle: simulator (or a connection), bridge, recorder, learner, policy, '
         'logger and the page, and opens the page. You fly the route there, answer what the drone asks, and let it fly.',

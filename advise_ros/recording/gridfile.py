@@ -14,6 +14,7 @@ from advise_ros.core.grid.grid import Grid
 from advise_ros.core.grid.obstacles import with_obstacles
 from advise_ros.recording.mapfile import read_map
 from advise_ros.recording.place import Place
+from advise_ros.yaml_problem import in_words
 
 REQUIRED = ('resolution', 'width', 'height', 'origin', 'altitude', 'waypoints')
 OPTIONAL = ('blocked', 'origin_wgs84', 'heading_deg')
@@ -131,9 +132,7 @@ def read_yaml(path: Path, wanted: str) -> Any:
     except OSError as problem:
         raise InputError(f'it cannot be read ({problem.strerror}); name a YAML file with {wanted}') from None
     except (yaml.YAMLError, UnicodeDecodeError) as problem:
-        mark = getattr(problem, 'problem_mark', None)
-        where = f' (line {mark.line + 1})' if mark else ''
-        raise InputError(f'it is not a YAML file{where}; name one with {wanted}') from None
+        raise InputError(f'{in_words(problem)}; name a YAML file with {wanted}') from None
 
 
 def _grid_mapping(document: Any) -> Mapping[str, Any]:

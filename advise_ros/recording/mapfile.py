@@ -20,6 +20,7 @@ import yaml
 from advise_ros.core.errors import InputError
 from advise_ros.core.grid.raster import Raster
 from advise_ros.core.numerics import Floats
+from advise_ros.yaml_problem import in_words
 
 MODES = ('trinary', 'scale', 'raw')
 NEEDED = ('image', 'resolution', 'origin', 'negate', 'occupied_thresh', 'free_thresh')
@@ -90,8 +91,8 @@ def _described(path: Path) -> MapFile:
         raise InputError('there is no such file; name the YAML file of a map that map_saver wrote') from None
     except OSError as problem:
         raise InputError(f'it cannot be read ({problem.strerror})') from None
-    except (yaml.YAMLError, UnicodeDecodeError):
-        raise InputError('it is not a YAML file; name the YAML file of the map, not its image') from None
+    except (yaml.YAMLError, UnicodeDecodeError) as problem:
+        raise InputError(f'{in_words(problem)}; name the YAML file of the map, not its image') from None
     if not isinstance(values, dict):
         raise InputError('it holds no keys of a map; name the YAML file of a map that map_saver wrote')
     for key in NEEDED:

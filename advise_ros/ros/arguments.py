@@ -7,9 +7,11 @@ import re
 from collections.abc import Sequence
 from pathlib import Path
 
+import yaml
 from rclpy.utilities import remove_ros_args
 
 from advise_ros.core.errors import InputError
+from advise_ros.yaml_problem import in_words
 
 # "Couldn't parse remap rule: '-r __ns:=drone1'. Error: ..., at FILE:LINE" in rcl's words.
 RULE = re.compile(r"Couldn't parse (?P<kind>[a-z ]+): '(?P<rule>.*)'\. Error: (?P<why>.*?)(?:\n|, at /|$)", re.DOTALL)
@@ -44,10 +46,21 @@ def _sentence(problem: str) -> str:
     if '__ns:=' in rule:
         remedy = 'a namespace begins with a slash and has letters, digits and _ only, as in -r __ns:=/drone1'
     elif kind == 'params file':
-        remedy = f'{why[:1].lower()}{why[1:]}; name a YAML file of parameters, see config/advise.yaml for one that works'
+        remedy = f'{_why_no_parameters(rule, why)}; name a YAML file of parameters, see config/advise.yaml for one that works'
     else:
         remedy = REMEDIES.get(kind, why)
     return f"ROS argument '{rule}' cannot be read: {remedy}"
+
+
+def _why_no_parameters(rule: str, why: str) -> str:
+    """rcl counts no lines; PyYAML does."""
+    try:
+        yaml.safe_load(Path(rule.rpartition(' ')[2]).read_text(encoding='utf-8'))
+    except (yaml.YAMLError, UnicodeDecodeError) as problem:
+        return in_words(problem)
+    except OSError:
+        pass
+    return f'{why[:1].lower()}{why[1:]}'
 
 
 # Above this DDS runs out of port numbers.

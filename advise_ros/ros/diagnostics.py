@@ -10,6 +10,8 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 
+from advise_ros.ros.waits import StartWaits
+
 OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR
 PERIOD_S = 1.0
 
@@ -54,6 +56,7 @@ class Diagnostics:
         self._status = DiagnosticStatus(name=node.get_fully_qualified_name(), level=OK, message='starting')
         self._values: dict[str, object] = {}
         self._meters: dict[str, Meter] = {}
+        self._waits = StartWaits()
         self.state = self.idle = ''
         self._publisher = node.create_publisher(DiagnosticArray, '/diagnostics', 10)
         self._timer = node.create_timer(PERIOD_S, self.publish, clock=Clock(clock_type=ClockType.STEADY_TIME))
@@ -66,6 +69,8 @@ class Diagnostics:
         self._status.level, self._status.message = level, message
         self._values = dict(values or {})
         if changed:
+            for sentence in self._waits.news(message):
+                self._node.get_logger().info(sentence)
             self.publish()
 
     def meter(self, *names: str) -> None:

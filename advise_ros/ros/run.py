@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import difflib
 import inspect
 import os
+import re
 import signal
 import sys
 import textwrap
@@ -56,8 +58,16 @@ def run_node(node_class: type[Node], config_class: type[Any], argv: Sequence[str
     except AdviseError as problem:
         return fail(str(problem))
     if rest:
-        return fail(f'{name} takes ROS arguments only, not {rest[0]!r}; parameters go as --ros-args -p NAME:=VALUE (see --help)')
+        return fail(f'{name} takes ROS arguments only, not {rest[0]!r}; {meant_parameter(args, config_class)} (see --help)')
     return _spin(node_class) if _joined(args) else OK
+
+
+def meant_parameter(args: Sequence[str], config_class: type[Any]) -> str:
+    """The form of the parameter that somebody likely meant whose command line is not ROS's."""
+    words = [re.split(r':?=', word.lstrip('-'))[0].replace('-', '_') for word in args if word != '--ros-args']
+    known = [spec.name for spec in fields(config_class)]
+    near = [found[0] for word in words if word and (found := difflib.get_close_matches(word, known, n=1))]
+    return f'did you mean --ros-args -p {near[0]}:=VALUE?' if near else 'parameters go as --ros-args -p NAME:=VALUE'
 
 
 def _joined(args: list[str]) -> bool:

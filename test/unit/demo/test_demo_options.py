@@ -39,7 +39,7 @@ def test_a_directory_that_cannot_be_made_is_named(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ('text', 'expected'),
     [
-        ('a: [1', 'it is not YAML'),
+        ('a: [1', 'it is not a YAML file'),
         ('hello', 'not made of nodes with ros__parameters'),
         ('advise: 3', 'not made of nodes with ros__parameters'),
         ('advise: {gamma: 0.5}', 'not made of nodes with ros__parameters'),

@@ -38,6 +38,7 @@ def test_cells_are_read_once_each_and_ascending(tmp_path: Path) -> None:
         ('keep_out: []\nblocked: []', "key 'blocked' is unknown beside 'keep_out'; drop it"),
         ('- 1', "it has no key 'keep_out'"),
         ('keep_out: [[1, 1]', 'it is not a YAML file (line'),
+        ('keep_out:\n\t- [1, 1]', 'line 2 is indented by a tab; YAML takes spaces only'),
     ],
 )
 def test_each_mistake_is_one_sentence_with_the_files_name(tmp_path: Path, text: str, said: str) -> None:
