@@ -14,7 +14,9 @@ setup(
     name='advise_ros',
     version='0.1.0',
     packages=find_packages(include=['advise_ros', 'advise_ros.*']),
-    package_data={'advise_ros': ['py.typed', 'middleware_loopback.xml', 'report/*.html', 'console/static/*', 'console/locale/*/*/*.po']},
+    package_data={'advise_ros': [
+        'py.typed', 'middleware_loopback.xml', 'report/*.html', 'console/static/*', 'console/locale/*/*/*.po',
+    ]},
     data_files=[
         ('share/ament_index/resource_index/packages', ['resource/advise_ros']),
         ('share/advise_ros', ['package.xml']),

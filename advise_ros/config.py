@@ -335,7 +335,9 @@ class ConsoleConfig:
     token: str = parameter('', 'secret in the address of the page; empty: a random one at each start')
     allowed_hosts: str = parameter('', 'comma-separated host names that a reverse proxy serves the page under (https)')
     rate_hz: float = parameter(20.0, 'updates of the page', low=1.0, high=60.0)
-    language: str = parameter('', "language of the page until somebody chooses another on it; empty: the browser's", choices=('', 'en', 'de'))
+    language: str = parameter(
+        '', "language of the page until somebody chooses another on it; empty: the browser's", choices=('', 'en', 'de'),
+    )
     silence_s: float = parameter(3.0, 'a node that is silent for this long is shown as gone (steady time)', low=1.5, high=60.0)
 
 

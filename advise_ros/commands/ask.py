@@ -18,7 +18,8 @@ from rich.live import Live
 from advise_ros.command_line import CommandParser
 from advise_ros.config import ConsoleConfig
 from advise_ros.console.board import newer
-from advise_ros.console.keyboard import decode
+from advise_ros.console.keyboard import decode, help_text
+from advise_ros.console.language import ENGLISH, languages, of_terminal, words
 from advise_ros.console.listener import GraphListener
 from advise_ros.console.requests import RequestDispatcher
 from advise_ros.console.screen import screen
@@ -33,16 +34,11 @@ from advise_ros.ros.terminal import Terminal
 POLL_S = 0.03
 EPILOG = """examples:
   ./advise ask                                    the open question, as soon as there is one
+  ./advise ask --language de                      in German
   ./advise ask --ros-args -r __ns:=/drone1        of a learner in a namespace
 
-keys:
-  y, n                         the question's first or second answer, at once: "on purpose", "by accident"
-  arrows (or h j k l)          this direction is right
-  Shift + arrows (or H J K L)  this direction is wrong; o: all others are
-  Enter send   s skip   u unsure   Backspace undo   t take an earlier answer back
-  m these cells differ: arrows move, x marks those that go another way, Enter sends; s splits it by itself
-  1-9 map   r how it was flown there   v where it is unsure, or what is likely to be kept out of   ? all keys   q leave
-  Space HOLD   f fly the policy   T take off   G land   R record a demonstration   S stop it   D discard it
+keys (the same list as ? shows):
+{keys}
 
 Next: when no question is left, T takes off and f flies what was learnt; `./advise answer` shows what was said.
 
@@ -65,7 +61,7 @@ def run(argv: Sequence[str]) -> int:
     executor = SingleThreadedExecutor()
     executor.add_node(node)
     listener = GraphListener(node, ConsoleConfig.silence_s)
-    session = TerminalSession(RequestDispatcher(node, listener), options.name)
+    session = TerminalSession(RequestDispatcher(node, listener), options.name, words(options.language or of_terminal()))
     spin = BackgroundSpin(executor, 'ask')
     try:
         _run_session(node, listener, session, terminal)
@@ -80,16 +76,19 @@ def run(argv: Sequence[str]) -> int:
 
 def _parser() -> argparse.ArgumentParser:
     parser = CommandParser(
-        prog='ask', description=__doc__, epilog=EPILOG, formatter_class=argparse.RawDescriptionHelpFormatter,
+        prog='ask', description=__doc__, epilog=EPILOG.format(keys=help_text(words(ENGLISH))),
+        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument('--name', default=getpass.getuser(), help='your name, kept with your answers (default %(default)s)')
+    parser.add_argument('--language', choices=languages(), help='language of the screen (default: that of LANG)')
     return parser
 
 
 def _run_session(node: Node, listener: GraphListener, session: TerminalSession, terminal: Terminal) -> None:
     """Draw what changes, do what is typed, until the person leaves or the terminal is gone."""
     service, known, rest = node.resolve_service_name('advise/answer'), {'': 0}, b''
-    with Live(console=Console(), screen=True, auto_refresh=False) as live:
+    console = Console()
+    with Live(console=console, screen=True, auto_refresh=False) as live:
         while not session.over:
             typed = terminal.read()
             if typed is None:
@@ -101,5 +100,6 @@ def _run_session(node: Node, listener: GraphListener, session: TerminalSession, 
             known.update({name: section.version for name, section in news.items()})
             session.hear(listener.board.sections)
             if session.poll() or meant or news:
-                live.update(screen(listener.board.sections, session, service, node.get_namespace()), refresh=True)
+                view = screen(listener.board.sections, session, service, node.get_namespace(), console.size)
+                live.update(view, refresh=True)
             time.sleep(POLL_S)

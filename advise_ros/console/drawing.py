@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from advise_ros.console.language import Words
 from advise_ros.core.grid.grid import ACTION_STEP
 
 
@@ -27,13 +28,14 @@ class Drawing:
         """Some cells are marked, and some are not."""
         return 0 < len(self.part) < len(self._asked)
 
-    @property
-    def sentence(self) -> str:
+    def sentence(self, words: Words) -> str:
         """What is said so far."""
         if not self.part:
-            return 'Mark the cells that go another way: arrows move, x marks. (s splits it by itself, m ends)'
-        goes = 'go' if len(self.part) > 1 else 'goes'
-        return f'You say: {len(self.part)} of {len(self._asked)} cells {goes} another way than the rest. (Enter sends)'
+            return words.t('Mark the cells that go another way: arrows move, x marks. (a: the drone splits them, m ends)')
+        return words.tn(
+            'You say: {n} of {all} cells goes another way than the rest. (Enter sends)',
+            'You say: {n} of {all} cells go another way than the rest. (Enter sends)', len(self.part), all=len(self._asked),
+        )
 
     def move(self, action: int) -> None:
         """One cell on, if it is on the map."""

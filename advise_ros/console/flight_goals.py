@@ -12,6 +12,7 @@ from rclpy.task import Future
 
 from advise_msgs.action import Fly
 from advise_ros.console.board import Board
+from advise_ros.console.language import mark
 
 Reply = dict[str, Any]
 # The reason of a refused goal comes on a topic, within this (steady time).
@@ -53,9 +54,9 @@ class FlightGoals:
         count, why = self._refusals()
         for refused in self._refused:
             if count != refused.known:
-                resolve(refused.promise, no(f'the policy node refused: {why}'))
+                resolve(refused.promise, no(mark('the policy node refused: {why}'), why=why))
             elif now_s > refused.until_s:
-                resolve(refused.promise, no('the policy node refused, and did not say why; look at its log'))
+                resolve(refused.promise, no(mark('the policy node refused, and did not say why; look at its log')))
         self._refused = [refused for refused in self._refused if not refused.promise.done()]
 
     def _refusals(self) -> tuple[int, str]:
@@ -65,14 +66,14 @@ class FlightGoals:
 
     def _on_reply(self, promise: Promise[Reply], known: int, accepted: bool) -> None:
         if accepted:
-            resolve(promise, {'ok': True, 'message': 'on its way'})
+            resolve(promise, {'ok': True, 'message': 'on its way', 'say': [mark('on its way'), {}]})
         else:
             self._refused.append(Refused(promise, known, time.monotonic() + REASON_PATIENCE_S))
 
 
-def no(message: str) -> Reply:
-    """A reply that says why not."""
-    return {'ok': False, 'message': message}
+def no(text: str, **given: object) -> Reply:
+    """A reply that says why not; `text` is marked for translation, `{name}` in it stands for what is given."""
+    return {'ok': False, 'message': text.format_map(given), 'say': [text, given]}
 
 
 def resolve(promise: Promise[Reply], reply: Reply) -> None:

@@ -63,12 +63,12 @@ class Words:
             elif message.id:
                 self.texts[message.id[0]] = [str(text) for text in message.string]
 
-    def t(self, text: str, **given: object) -> str:
+    def t(self, text: str, /, **given: object) -> str:
         """The text in this language, `{name}` replaced by `given`."""
         found = self.texts.get(text, text)
         return (found if isinstance(found, str) else found[0]).format_map(given) if given else str(found)
 
-    def tn(self, one: str, many: str, n: int, **given: object) -> str:
+    def tn(self, one: str, many: str, n: int, /, **given: object) -> str:
         """Likewise of a number: `one` is the English text for 1, `many` for others; `{n}` is the number."""
         found = self.texts.get(one)
         text = found[min(self._plural(n), len(found) - 1)] if isinstance(found, list) else one if n == 1 else many

@@ -15,9 +15,10 @@ from rclpy.node import Node
 from sensor_msgs.msg import BatteryState
 
 from advise_msgs import msg
-from advise_ros.console import views
+from advise_ros.console import views, wording
 from advise_ros.console.advice_history import AdviceHistory
 from advise_ros.console.board import Board
+from advise_ros.console.language import languages, words
 from advise_ros.console.settings import LearnerSettings
 from advise_ros.core.advice.advice import Query
 from advise_ros.core.demonstrations.demonstration import Demonstration, count, known, standing
@@ -31,6 +32,10 @@ TICK_S = 0.25
 TRACK_STEP_CELLS = 0.1
 TRACK_POINTS = 300
 LEARNER = 'advise'
+# A stamp below this is simulated time [s].
+SIMULATED_S = 365 * 86400.0
+# A text of the autopilot is shown for so long (steady time).
+TEXT_S = 20.0
 # Nodes that end when their work is done; nobody depends on them.
 VISITORS = ('pilot', 'expert', 'teleop')
 LEVELS = {DiagnosticStatus.OK: 'ok', DiagnosticStatus.WARN: 'warn', DiagnosticStatus.ERROR: 'error'}
@@ -58,6 +63,9 @@ class GraphListener:
         self._policy: msg.Policy | None = None
         self._health: dict[str, tuple[DiagnosticStatus, float]] = {}
         self._learner_heard_s: float | None = None
+        self._heard_at: dict[tuple[int, bool], float] = {}
+        self._vehicle: msg.VehicleStatus | None = None
+        self._text_since_s = 0.0
         self._track: deque[tuple[float, float]] = deque(maxlen=TRACK_POINTS)
         if grid is not None:
             self._on_grid(grid)
@@ -72,7 +80,7 @@ class GraphListener:
         listen(msg.Advice, 'advise/advice_log', self._on_advice, qos.ADVICE_LOG)
         listen(OccupancyGrid, 'advise/site_map', lambda m: self.board.put('site', views.site_view(m)), qos.latched())
         listen(msg.LearnerStatus, 'advise/status', self._on_learner, qos.latched())
-        listen(msg.VehicleStatus, 'vehicle_status', lambda m: self.board.put('vehicle', views.vehicle_view(m)), qos.latched())
+        listen(msg.VehicleStatus, 'vehicle_status', self._on_vehicle, qos.latched())
         listen(msg.FlightStatus, 'policy/status', lambda m: self.board.put('flight', views.flight_view(m)), qos.latched())
         listen(BatteryState, 'battery_state', self._on_battery, qos.SENSOR)
         listen(PoseStamped, 'pose', self._on_pose, qos.SENSOR)
@@ -157,12 +165,23 @@ class GraphListener:
 
     def _show_query(self) -> None:
         if self.query is not None and self.grid is not None:
-            moments = views.moments_of(self.query, self.grid, self._held())
-            self.board.put('query', views.query_view(self.query, moments))
+            held = self._held()
+            taken = count(self.grid, held).taken
+            moments, here = views.moments_of(self.query, self.grid, held), taken[list(self.query.states)].sum(axis=0)
+            view = views.query_view(self.query, moments, here)
+            view['said'] = {code: wording.asked(words(code), view, self.grid, taken) for code in languages()}
+            self.board.put('query', view)
 
     def _on_advice(self, message: msg.Advice) -> None:
-        if self._past.add(convert_advice.advice_from_msg(message), convert.stamp_to_ns(message.header.stamp)):
-            self.board.put('log', views.log_view(self.entries))
+        record, stamp_ns = convert_advice.advice_from_msg(message), convert.stamp_to_ns(message.header.stamp)
+        if self._past.add(record, stamp_ns):
+            self._heard_at[record.advice_id, record.retracted] = time.time()
+            self.board.put('log', [self._on_the_wall(entry) for entry in views.log_view(self.entries)])
+
+    def _on_the_wall(self, entry: views.View) -> views.View:
+        """An answer with the wall's time: of its stamp, or where that is simulated, of when it was heard."""
+        simulated = entry['at'] < SIMULATED_S
+        return {**entry, 'at': self._heard_at[entry['id'], False] if simulated else entry['at'], 'simulated': simulated}
 
     @property
     def entries(self) -> list[LogEntry]:
@@ -177,6 +196,19 @@ class GraphListener:
     def _on_battery(self, message: BatteryState) -> None:
         if math.isfinite(message.percentage) and message.percentage >= 0:
             self.board.put('battery', round(100 * message.percentage))
+
+    def _on_vehicle(self, message: msg.VehicleStatus) -> None:
+        if self._vehicle is None or message.text != self._vehicle.text:
+            self._text_since_s = time.monotonic()
+        self._vehicle = message
+        self._show_vehicle()
+
+    def _show_vehicle(self) -> None:
+        """The vehicle; what its autopilot wrote goes after a while, as nobody takes it back."""
+        if self._vehicle is not None:
+            view = views.vehicle_view(self._vehicle)
+            old = time.monotonic() - self._text_since_s > TEXT_S
+            self.board.put('vehicle', view | ({'text': ''} if old else {}))
 
     def _on_pose(self, message: PoseStamped) -> None:
         at, turn = message.pose.position, message.pose.orientation
@@ -203,6 +235,7 @@ class GraphListener:
     def _on_tick(self) -> None:
         """Tell the state of all nodes, those that have fallen silent included."""
         self._settings.poll()
+        self._show_vehicle()
         now = time.monotonic()
         nodes = [
             {'name': name, 'level': self._level(name, status, now - heard), 'message': status.message}

@@ -18,6 +18,7 @@ from std_srvs.srv import Trigger
 from advise_msgs.srv import AnswerQuery, PreviewAnswer, RetractAdvice
 from advise_ros.console import request_check
 from advise_ros.console.flight_goals import FlightGoals, Reply, no, resolve
+from advise_ros.console.language import mark
 from advise_ros.console.listener import GraphListener
 from advise_ros.core.advice.advice import Answer, Code
 from advise_ros.core.errors import InputError
@@ -99,7 +100,7 @@ class RequestDispatcher:
         try:
             begin = self._plan(name, given, promise)
         except InputError as problem:
-            promise.set_result(no(f'this was not sent: {problem}'))
+            promise.set_result(no(mark('this was not sent: {problem}'), problem=str(problem)))
             return promise
         with self._lock:
             self._inbox.append(begin)
@@ -133,7 +134,7 @@ class RequestDispatcher:
     def _call(self, promise: Promise[Reply], client: Any, request: Any, what: str) -> None:
         if not client.service_is_ready():
             service = self._node.resolve_service_name(client.srv_name)
-            promise.set_result(no(f'nobody serves {service}; is its node running?'))
+            promise.set_result(no(mark('nobody serves {service}; is its node running?'), service=service))
             return
         self._await(promise, client.call_async(request), what)
 
@@ -145,7 +146,7 @@ class RequestDispatcher:
         """Fly the newest policy from the route's start."""
         grid = self._listener.grid
         if grid is None or not self._goals.is_served:
-            promise.set_result(no('nobody flies here: the policy node is not running'))
+            promise.set_result(no(mark('nobody flies here: the policy node is not running')))
             return
         sent = self._goals.send(promise, grid.waypoints[-1])
         self._waiting.append(PendingRequest(promise, sent, time.monotonic() + PATIENCE_S, 'fly'))
@@ -158,7 +159,7 @@ class RequestDispatcher:
             earlier.add_done_callback(lambda done: resolve(kept.promise, done.result()))
             return
         if len(self._kept) >= KEPT_MOST:
-            resolve(kept.promise, no(f'{KEPT_MOST} answers wait for the learner already'))
+            resolve(kept.promise, no(mark('{n} answers wait for the learner already'), n=KEPT_MOST))
             return
         self._kept[kept.uid] = kept
         self._forward()
@@ -181,7 +182,7 @@ class RequestDispatcher:
             kept.answer = replace(kept.answer, query_id=query.query_id)
         elif kept.refused is not None or (query is not None and query.query_id == kept.answer.query_id):
             message = kept.refused['message'] if kept.refused else 'the question has changed'
-            self._finish(kept, no(f'{message}; the answer to the old question was not given'))
+            self._finish(kept, no(mark('{message}; the answer to the old question was not given'), message=message))
             return
         self._give(kept)
 
@@ -232,8 +233,8 @@ class RequestDispatcher:
         self._goals.look(now)
         for waiting in self._waiting:
             if now > waiting.until_s:
-                text = f'no reply to {waiting.what} within {PATIENCE_S:g} s: the node that serves it may be gone'
-                resolve(waiting.promise, no(text))
+                silent = mark('no reply to {what} within {seconds} s: the node that serves it may be gone')
+                resolve(waiting.promise, no(silent, what=waiting.what, seconds=f'{PATIENCE_S:g}'))
                 waiting.future.cancel()  # The client forgets it, or it would keep every request that nobody replied to.
         self._waiting = [waiting for waiting in self._waiting if not waiting.promise.done()]
 

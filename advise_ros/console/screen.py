@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 from rich.console import Group, RenderableType
@@ -10,8 +10,10 @@ from rich.panel import Panel
 from rich.table import Table
 from rich.text import Text
 
-from advise_ros.console import views
+from advise_ros.console import wording
 from advise_ros.console.board import Section
+from advise_ros.console.keyboard import KEYS, help_text
+from advise_ros.console.language import Words
 from advise_ros.console.terminal_session import TerminalSession
 from advise_ros.console.views import LEVELS
 from advise_ros.ros import calls
@@ -25,97 +27,159 @@ HEAT = [f'black on #{255 - 13 * step:02x}{255 - 16 * step:02x}{255 - 6 * step:02
 SITE = ['', *(f'black on #{255 - 3 * step:02x}{240 - 14 * step:02x}{235 - 17 * step:02x}' for step in range(1, 10))]
 # The keys of the answers of one gesture.
 OPTION_KEYS = 'yn'
-KEYS = (
-    'arrows: right   Shift+arrows: wrong   Enter: send   s: skip   u: unsure   m: these cells differ   Backspace: undo   '
-    'Space: HOLD   ?: all keys   q: leave'
-)
-OPTION_HELP = 'y, n: answer at once   '
-
-ALL_KEYS = (
-    'arrows (or h j k l): right   Shift+arrows (H J K L): wrong   o: all others wrong   Enter: send   s: skip   u: unsure   '
-    'm: these cells differ (x marks)   Backspace: undo   t: take an earlier answer back   1-9: map   r: how it was flown   '
-    'v: where it is unsure   Space: HOLD   f: fly   T: take off   G: land   R: record   S: stop   D: discard   q: leave'
-)
-PERCENT = 100.0
-# Answers of the log that are shown.
-LATEST = 6
+# Answers of the log that are shown: beside the map, and below it.
+LATEST, LATEST_BELOW = 6, 2
+# Columns of the terminal for what stands beside the map, and around the map's cells: numbers of the rows, frame.
+SIDE, AROUND_MAP = 46, 8
+# Lines of the terminal that the map leaves for the rest.
+REST = 16
+ROWS_LEAST, COLUMNS_LEAST = 4, 3
+TERMINAL = (160, 50)
 
 
-def screen(sections: Mapping[str, Section], sitting: TerminalSession, service: str, namespace: str) -> RenderableType:
-    """Everything that is to be seen now."""
-    shown = {name: section.value for name, section in sections.items()}
-    parts: list[RenderableType] = [_status(shown)]
-    query = shown.get('query', {'id': 0, 'question': ''})
-    parts.append(Text(query['question'] or shown.get('learner', {}).get('message', 'No learner is heard yet.'), style='bold'))
+def screen(
+    sections: Mapping[str, Section], sitting: TerminalSession, service: str, namespace: str, size: tuple[int, int] = TERMINAL,
+) -> RenderableType:
+    """Everything that is to be seen now; `size` is the terminal's, in columns and lines."""
+    shown, words = {name: section.value for name, section in sections.items()}, sitting.words
+    query = shown.get('query', {'id': 0, 'options': []})
+    asked = query.get('said', {}).get(words.code, {'short': query.get('question', ''), 'why': []})
+    sentence = asked['short'] if query['id'] else _standing(shown, words)
+    parts: list[RenderableType] = [_status(shown, words), Text(sentence, style='bold')]
+    parts += [Text(line, style='dim') for line in (asked['why'] if query['id'] and sitting.why else ())]
     if 'map' in shown:
-        side = Group(_answer(shown, sitting), _log(shown))
-        table = Table.grid(padding=(0, 3))
-        table.add_row(_map(shown, sitting), side)
-        parts.append(table)
-    parts += [Text(f'! {line}', style='bold red') for line in _troubles(shown)]
+        parts += _map_and_answer(shown, sitting, size)
+    parts += [Text(f'! {line}', style='bold red') for line in _troubles(shown, words)]
     if sitting.note:
         parts.append(Text(sitting.note, style='bold'))
-    gestures = OPTION_HELP if query.get('options') else ''
-    parts.append(Text(gestures + (ALL_KEYS if sitting.help else KEYS), style='dim'))
-    if query['id']:
-        words = [option['word'] for option in query['options']]
-        parts.append(Text(calls.how_to_answer(service, namespace, query['id'], words), style='dim'))
+    if sitting.help:
+        options = [option['word'] for option in query['options']]
+        how = calls.how_to_answer(service, namespace, query['id'], options) if query['id'] else ''
+        parts.append(Text(f'{help_text(words)}\n{how}', style='dim'))
+    else:
+        parts.append(Text('   '.join(f'{key.shown}: {words.t(key.text)}' for key in KEYS if key.often), style='dim'))
     return Group(*parts)
 
 
-def _status(shown: Mapping[str, Any]) -> Text:
+def _map_and_answer(shown: Mapping[str, Any], sitting: TerminalSession, size: tuple[int, int]) -> list[RenderableType]:
+    """Beside each other where there is room for the whole map, else the map at full width above the answer."""
+    grid, (columns, lines) = shown['map'], size
+    rows = max(ROWS_LEAST, min(grid['height'], lines - REST))
+    legend = Text('   '.join(_legend(shown, sitting)), style='dim')
+    if columns >= AROUND_MAP + _cell_width(grid) * grid['width'] + SIDE:
+        table = Table.grid(padding=(0, 3))
+        rows = max(rows, min(grid['height'], lines - REST + 6))
+        side = Group(_answer(shown, sitting), legend, _log(shown, sitting.words, LATEST))
+        table.add_row(_map(shown, sitting, grid['width'], rows), side)
+        return [table]
+    across = max(COLUMNS_LEAST, min(grid['width'], (columns - AROUND_MAP) // _cell_width(grid)))
+    return [_map(shown, sitting, across, rows), legend, _answer(shown, sitting), _log(shown, sitting.words, LATEST_BELOW)]
+
+
+def _cell_width(grid: Mapping[str, Any]) -> int:
+    return 5 if len(grid['waypoints']) < 10 else 6
+
+
+def _status(shown: Mapping[str, Any], words: Words) -> Text:
     query, learner, graph = shown.get('query'), shown.get('learner', {}), shown.get('graph', {})
-    asks = f'question {query["id"]}' if query and query['id'] else 'no question'
-    out = Text(f'advise · {asks} · {learner.get("answers", 0)} answers given', style='reverse')
+    parts = ['advise', words.t('question {id}', id=query['id']) if query and query['id'] else words.t('no question')]
+    parts.append(words.tn('{n} answer given', '{n} answers given', learner.get('answers', 0)))
     if 'battery' in shown:
-        out.append(f' · battery {shown["battery"]} %')
+        parts.append(words.t('battery {share}', share=words.percent(shown['battery'] / 100)))
     if 'policy' in shown:
-        out.append(f' · expected success {PERCENT * shown["policy"]["success"]:.0f} %')
+        reached = shown['policy'].get('waypoints', 0)
+        parts.append(words.t('{n} of {all} waypoints reached', n=reached, all=len(shown.get('map', {}).get('waypoints', ()))))
     if learner.get('phase') == 'learning':
-        out.append(' · learning …')
+        parts.append(words.t('learning …'))
+    out = Text(' · '.join(parts), style='reverse')
     if graph and not graph.get('learner'):
-        out.append(' · THE LEARNER IS SILENT, answers are kept', style='bold red')
-    if learner.get('enough'):
-        out.append(f' · I would fly it now (nothing is worth {learner["least"]:g} {learner["unit"]} any more)')
+        out.append(' · ' + words.t('THE LEARNER IS SILENT, answers are kept'), style='bold red')
     return out
 
 
-def _troubles(shown: Mapping[str, Any]) -> list[str]:
+def _standing(shown: Mapping[str, Any], words: Words) -> str:
+    """Where the learner stands while it asks nothing, and what to do next."""
+    learner = shown.get('learner')
+    if learner is None:
+        return words.t('No learner is heard yet.')
+    if learner['phase'] == 'learning':
+        return words.t('The drone is learning …')
+    if learner['enough']:
+        return words.t('I know enough: I would fly it now. Next: T takes off, f flies the policy.')
+    if learner['phase'] == 'waiting':
+        return words.t('Waiting for flights. Fly the route once or twice; each flight is a demonstration.')
+    if learner['phase'] == 'done':
+        return words.t('No question is left. Next: T takes off, f flies the policy.')
+    return str(learner['message'])
+
+
+def _troubles(shown: Mapping[str, Any], words: Words) -> list[str]:
     """What nodes complain of, the guard's reason for a stop included."""
     bad = [node for node in shown.get('nodes', []) if node['level'] in ('error', 'silent') or _is_guard(node)]
-    silent = {'silent': 'silent; it said last: '}
-    return [f'{node["name"]}: {silent.get(node["level"], "")}{node["message"]}' for node in bad]
+    return [
+        f'{node["name"]}: '
+        + (words.t('silent; it said last: {text}', text=node['message']) if node['level'] == 'silent' else node['message'])
+        for node in bad
+    ]
 
 
 def _is_guard(node: Mapping[str, Any]) -> bool:
     return node['level'] == 'warn' and node['name'] in ('guard', 'mavlink_bridge')
 
 
-def _map(shown: Mapping[str, Any], sitting: TerminalSession) -> RenderableType:
-    """One map: number of a waypoint, most flown direction, what the drone would fly; asked cells stand on orange."""
-    grid, layer = shown['map'], min(sitting.layer, shown['map']['layers'] - 1)
+def _map(shown: Mapping[str, Any], sitting: TerminalSession, columns: int, rows: int) -> RenderableType:
+    """A section of one map: number of a waypoint, most flown direction, what the drone would fly; asked cells stand on orange."""
+    grid, layer, words = shown['map'], min(sitting.layer, shown['map']['layers'] - 1), sitting.words
     size = grid['width'] * grid['height']
     asked = {state % size for state in shown.get('query', {}).get('states', []) if state // size == layer}
     preview = sitting.preview if sitting.preview and sitting.preview['ok'] else {'changed': [], 'actions': []}
     changed = {s % size: a for s, a in zip(preview['changed'], preview['actions'], strict=True) if s // size == layer}
     look = Look(shown, layer, asked, changed, _moment(shown, sitting, layer), _ways(shown, layer), sitting)
-    out = Text()
-    for y in reversed(range(grid['height'])):
-        for cell in range(y * grid['width'], (y + 1) * grid['width']):
-            words, style = _cell(look, cell)
-            out.append(words, style=style)
+    west, south = _corner(look, columns, rows)
+    width, out = _cell_width(grid), Text()
+    for y in reversed(range(south, south + rows)):
+        out.append(f'{y + 1:>3} ', style='dim')
+        for cell in range(y * grid['width'] + west, y * grid['width'] + west + columns):
+            text, style = _cell(look, cell)
+            out.append(f'{text:<{width}}', style=style)
         out.append('\n')
-    out.append('# asked  → flown  ▶ would fly\n* would change  X wall  @ drone', style='dim')
+    out.append('    ' + ''.join(f'{x + 1:^{width}}' for x in range(west, west + columns)), style='dim')
+    title = words.t('To waypoint {n}', n=f'{layer + 1} / {grid["layers"]}')
+    if columns < grid['width'] or rows < grid['height']:
+        title += ' · ' + words.t('a section; Ctrl+arrows move it')
+    return Panel(out, title=title, expand=False)
+
+
+def _corner(look: Look, columns: int, rows: int) -> tuple[int, int]:
+    """The south-western cell of the section around what is asked, as far as the person has not moved it."""
+    grid, pan = look.shown['map'], look.sitting.pan
+    drawing = look.sitting.drawing
+    about = {drawing.cell} if drawing is not None else look.asked or {grid['waypoints'][look.layer]}
+    columns_rows = zip(*((cell % grid['width'], cell // grid['width']) for cell in about), strict=True)
+    middle = [sorted(at)[len(about) // 2] for at in columns_rows]
+    low = [
+        max(0, min(most - seen, at - seen // 2 + moved))
+        for at, moved, seen, most in zip(middle, pan, (columns, rows), (grid['width'], grid['height']), strict=True)
+    ]
+    return low[0], low[1]
+
+
+def _legend(shown: Mapping[str, Any], sitting: TerminalSession) -> list[str]:
+    words = sitting.words
+    signs = [('#', words.t('asked about')), ('→', words.t('flown')), ('▶', words.t('drone would fly'))]
+    signs += [('X', words.t('wall')), ('@', words.t('drone'))]
+    if sitting.preview is not None:
+        signs.append(('*', words.t('would change')))
     if shown.get('query', {}).get('options'):
-        out.append('\n? in dispute  y, n: only the way after that answer', style='dim')
+        signs += [('?', words.t('in dispute')), ('y, n', words.t('only the way after that answer'))]
     if sitting.heat:
-        out.append('\n0 sure … 9 unsure', style='dim')
+        signs.append(('0 … 9', words.t('sure … unsure')))
     elif shown.get('site'):
-        out.append('\n1 … 9 tenths likely to be kept out of (v: where it is unsure)', style='dim')
+        signs.append(('1 … 9', words.t('tenths likely to be kept out of')))
     if sitting.moment >= 0:
         moments = shown['query']['moments']
-        out.append(f'\n1 2 3 … {moments[sitting.moment]["id"]} ({sitting.moment + 1} of {len(moments)})', style='dim')
-    return Panel(out, title=f'on the way to waypoint {layer + 1} of {grid["layers"]}', expand=False)
+        signs.append(('1 2 3 …', f'{moments[sitting.moment]["id"]} ({sitting.moment + 1} / {len(moments)})'))
+    return [f'{sign} {text}' for sign, text in signs]
 
 
 class Look(NamedTuple):
@@ -154,12 +218,13 @@ def _ways(shown: Mapping[str, Any], layer: int) -> dict[int, str]:
 
 
 def _cell(look: Look, cell: int) -> tuple[str, str]:
-    """Five characters: mark, waypoint, flown, would fly, how unsure or how likely to be kept out of; and their colours."""
+    """Five or six characters: mark, waypoint, flown, would fly, how unsure or how likely to be kept out of; and their colours."""
     shown, grid = look.shown, look.shown['map']
     if cell in grid['blocked']:
         return '  X  ', WALL
     state = look.layer * grid['width'] * grid['height'] + cell
-    number = str(grid['waypoints'].index(cell) + 1) if cell in grid['waypoints'] else ' '
+    number = str(grid['waypoints'].index(cell) + 1) if cell in grid['waypoints'] else ''
+    number = f'{number:>{_cell_width(grid) - 4}}'
     action = look.changed.get(cell, int(shown['policy']['greedy'][state]) if 'policy' in shown else -1)
     over = look.layer == grid['layers'] - 1 and cell == grid['waypoints'][-1]
     flies = FLIES[action] if action >= 0 and not over else ' '
@@ -219,44 +284,76 @@ def _drone_cell(shown: Mapping[str, Any]) -> int:
 
 
 def _answer(shown: Mapping[str, Any], sitting: TerminalSession) -> RenderableType:
-    if not shown.get('query', {}).get('id'):
-        return Text('Nothing to answer now.')
-    out, preview = Text(), sitting.preview
-    for key, option in zip(OPTION_KEYS, shown['query']['options'], strict=False):
+    words, query = sitting.words, shown.get('query', {})
+    if not query.get('id'):
+        return Text(words.t('Nothing to answer now.'))
+    out, labels = Text(), query.get('said', {}).get(words.code, {}).get('options', [])
+    for key, (head, tail) in zip(OPTION_KEYS, labels, strict=False):
         out.append(f' {key} ', style='reverse bold')
-        out.append(f' {option["label"]}\n\n', style='bold')
-    if shown['query']['options']:
-        out.append(f'The answer is expected to save {shown["query"]["worth"]:.1f} steps.\n\n')
+        out.append(f' {head}: {tail}\n', style='bold')
+    if labels and sitting.why:
+        saved = words.number(query['worth'], 1)
+        out.append(words.t('The answer is expected to save {n} steps.', n=saved) + '\n')
     out.append(sitting.sentence + '\n', style='bold')
-    if preview is not None and not preview['ok']:
-        out.append(preview['message'] + '\n', style='red')
-    elif preview is not None:
-        before, after = (PERCENT * share for share in preview['success'])
-        out.append(f'{len(preview["changed"])} cells would change; expected success {before:.0f} % -> {after:.0f} %\n')
-        if preview.get('keepOut'):
-            entered = [len(cells) for cells in preview['entered']]
-            out.append(f'cells likely to be kept out of that the route enters: {entered[0]} -> {entered[1]}\n')
-    for advice in preview.get('contradicts', []) if preview else []:
-        said = next((views.in_words(entry) for entry in shown.get('log', []) if entry['id'] == advice), '')
-        out.append(f'! contradicts answer {advice} ({said}); t takes it back\n', style='bold red')
+    if sitting.preview is not None:
+        _append_preview(out, shown, sitting)
     return out
 
 
-def _log(shown: Mapping[str, Any]) -> Text:
+def _append_preview(out: Text, shown: Mapping[str, Any], sitting: TerminalSession) -> None:
+    """The progress that the answer makes first, then what changes."""
+    words, preview, grid = sitting.words, sitting.preview or {}, shown['map']
+    if not preview['ok']:
+        out.append(preview['message'] + '\n', style='red')
+        return
+    before, after = (
+        _reached(preview[when], grid, reaches)
+        for when, reaches in zip(('before', 'after'), preview['reaches'], strict=True)
+    )
+    gains = [words.t('waypoints reached {before} → {after} of {all}', before=before, after=after, all=grid['layers'])]
+    if preview.get('keepOut'):
+        entered = [len(cells) for cells in preview['entered']]
+        gains.insert(0, words.t('keep-out cells crossed {before} → {after}', before=entered[0], after=entered[1]))
+    out.append(', '.join(gains) + '\n', style='bold')
+    out.append(words.tn('▲ {n} cell would change', '▲ {n} cells would change', len(preview['changed'])) + '\n')
+    for advice in preview.get('contradicts', []):
+        said = next((wording.given_in_words(words, entry) for entry in shown.get('log', []) if entry['id'] == advice), '')
+        against = words.t('! contradicts answer {id} ({said}); t takes it back', id=advice, said=said)
+        out.append(against + '\n', style='bold red')
+
+
+def _reached(route: Sequence[int], grid: Mapping[str, Any], reaches: bool) -> int:
+    """How many waypoints a route of states reaches, the final one included."""
+    if reaches or not route:
+        return int(grid['layers']) if reaches else 0
+    return int(route[-1] // (grid['width'] * grid['height']))
+
+
+def _log(shown: Mapping[str, Any], words: Words, latest: int) -> Text:
     out = Text()
-    for entry in reversed(shown.get('log', [])[-LATEST:]):
-        gone, bought = ' (taken back)' if entry['retracted'] else '', _bought(shown, entry)
+    for entry in reversed(shown.get('log', [])[-latest:]):
+        gone, bought = f' ({words.t("taken back")})' if entry['retracted'] else '', _bought(shown, entry, words)
         clash = '! ' if entry['id'] in shown.get('learner', {}).get('contradictions', []) else ''
-        words = f'{clash}{entry["id"]}: {views.in_words(entry)}, {entry["by"] or "someone"}{gone}\n'
-        out.append(words, style='dim' if gone else '')
+        said, by = wording.given_in_words(words, entry), entry['by'] or words.t('someone')
+        out.append(f'{clash}{entry["id"]}: {said}, {by}{_when(shown, entry, words)}{gone}\n', style='dim' if gone else '')
         out.append(f'   {bought}\n' if bought and not gone else '', style='dim')
     return out
 
 
-def _bought(shown: Mapping[str, Any], entry: Mapping[str, Any]) -> str:
+def _when(shown: Mapping[str, Any], entry: Mapping[str, Any], words: Words) -> str:
+    """The wall's time of an answer, where it is known."""
+    early = entry['entry'] <= shown.get('gains', {'since': 0})['since']
+    return f', {words.clock(entry["at"])}' if 'at' in entry and not (early and entry.get('simulated')) else ''
+
+
+def _bought(shown: Mapping[str, Any], entry: Mapping[str, Any], words: Words) -> str:
     """What an answer has changed, together with those that were learnt with it."""
     told = shown.get('gains', {'since': 0, 'gains': []})
     if entry['entry'] <= told['since']:
         return ''
     gain = next((one for one in told['gains'] if one['entry'] >= entry['entry']), None)
-    return f'changed {gain["changed"]} cells, then {PERCENT * gain["success"]:.0f} % expected' if gain else ''
+    if gain is None:
+        return ''
+    share = words.percent(gain['success'])
+    one, many = 'changed {n} cell, then {share} expected', 'changed {n} cells, then {share} expected'
+    return words.tn(one, many, gain['changed'], share=share)

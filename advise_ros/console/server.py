@@ -20,6 +20,7 @@ from advise_ros.console.listener import GraphListener
 from advise_ros.console.port import HOST
 from advise_ros.console.protection import Gate, Protection
 from advise_ros.console.requests import RequestDispatcher
+from advise_ros.console.wording import reply_in
 
 STATIC = Path(__file__).parent / 'static'
 # A page that hears nothing for some of these says that it is cut off.
@@ -69,12 +70,17 @@ class Page(ui.element, component='static/console.js'):
         self.known = {} if given.get('again') else dict(self._at_start)
         self.run_method('welcome', str(given.get('line')))
 
+    def _words(self, given: dict[str, Any]) -> language.Words:
+        """In the language that the page has now."""
+        code = given.get('language')
+        return language.words(code if code in language.languages() else language.ENGLISH)
+
     async def _on_act(self, event: Any) -> None:
         given = event.args
         if not isinstance(given, dict) or not isinstance(given.get('given'), dict):
             return
         promise = self._dispatcher.act(str(given.get('name')), given['given'])
-        reply = await asyncio.wrap_future(promise)
+        reply = reply_in(self._words(given), await asyncio.wrap_future(promise))
         if not self.is_deleted:
             self.run_method('reply', given.get('id'), reply)
 

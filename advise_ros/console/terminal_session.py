@@ -7,18 +7,22 @@ from collections.abc import Callable, Mapping
 from concurrent.futures import Future as Promise
 from typing import Any
 
+from advise_ros.console import language, wording
 from advise_ros.console.board import Section
 from advise_ros.console.drawing import Drawing
+from advise_ros.console.language import Words, mark
 from advise_ros.console.requests import Reply, RequestDispatcher
 from advise_ros.core.advice.advice import Verdict
-from advise_ros.core.grid.grid import N_ACTIONS, Action
+from advise_ros.core.grid.grid import ACTION_STEP, N_ACTIONS
 
 VERDICTS = {'send': Verdict.ANSWER, 'skip': Verdict.SKIP, 'unsure': Verdict.UNSURE, 'mixed': Verdict.MIXED}
 # Acts that are sent at once, and what they are called.
 ACTS = {
-    'hold': 'Hold', 'fly': 'Fly', 'takeoff': 'Take off', 'land': 'Land',
-    'record_start': 'Record', 'record_stop': 'Stop recording', 'record_discard': 'Discard',
+    'hold': mark('HOLD'), 'fly': mark('Fly the policy'), 'takeoff': mark('Take off'), 'land': mark('Land'),
+    'record_start': mark('Record'), 'record_stop': mark('Stop'), 'record_discard': mark('Discard'),
 }
+# Cells that one key moves the map.
+PAN_CELLS = 3
 
 
 def assumed(preferred: tuple[int, ...]) -> tuple[int, ...]:
@@ -38,17 +42,20 @@ class TerminalSession:
         heat: the map tells how unsure the learner is.
         moment: which flown moment behind the question the map shows, -1: none.
         note: what came of the last act, in words.
+        pan: how far the map was moved from the question, cells to the east and north.
+        why: the reasons of the question are shown.
         over: the person has left.
     """
 
-    def __init__(self, desk: RequestDispatcher, name: str) -> None:
-        self._desk, self._name = desk, name
+    def __init__(self, desk: RequestDispatcher, name: str, words: Words | None = None) -> None:
+        self._desk, self._name, self.words = desk, name, words or language.words(language.ENGLISH)
+        self.pan: tuple[int, ...] = (0, 0)
         self.preferred: tuple[int, ...] = ()
         self.avoided: tuple[int, ...] = ()
         self.layer = 0
         self.preview: Reply | None = None
         self.note = ''
-        self.help = self.over = self.heat = False
+        self.help = self.over = self.heat = self.why = False
         self.drawing: Drawing | None = None
         self.moment = -1
         self._grid: Mapping[str, Any] | None = None
@@ -66,13 +73,13 @@ class TerminalSession:
     def sentence(self) -> str:
         """The answer so far in words."""
         if self.drawing is not None:
-            return self.drawing.sentence
+            return self.drawing.sentence(self.words)
         if not self.preferred and self._query['options']:
-            return 'y or n answers at once; or name directions for the cells marked # (arrow keys).'
+            return self.words.t('y or n answers at once; or name directions for the cells marked # (arrow keys).')
         if not self.preferred:
-            return 'Which direction is right in the marked cells? (arrow keys)'
-        right, wrong = (' and '.join(Action(action).name for action in actions) for actions in (self.preferred, self.wrong))
-        return f'You say: {right} right, {wrong} wrong. (Enter sends)'
+            return self.words.t('Choose the right direction for the cells marked # (arrow keys).')
+        right, wrong = (wording.names(self.words, actions) for actions in (self.preferred, self.wrong))
+        return self.words.t('You say: {right} right, {wrong} wrong. (Enter sends)', right=right, wrong=wrong)
 
     # -- what is heard -----------------------------------------------------------------------
     def hear(self, sections: Mapping[str, Section]) -> None:
@@ -82,7 +89,7 @@ class TerminalSession:
         query = sections['query'].value if 'query' in sections else self._query
         if query['id'] != self._query['id']:
             self.preferred, self.avoided, self.preview = (), (), None
-            self.drawing, self.moment = None, -1
+            self.drawing, self.moment, self.pan = None, -1, (0, 0)
             if query['states'] and self._grid is not None:
                 size = self._grid['width'] * self._grid['height']
                 layers = [state // size for state in query['states']]
@@ -94,10 +101,11 @@ class TerminalSession:
         done = [(what, promise) for what, promise in self._pending if promise.done()]
         for what, promise in done:
             self._pending.remove((what, promise))
-            reply = promise.result()
-            self.note = f'{what}: {reply["message"]}' if reply['ok'] else f'{what} was not taken: {reply["message"]}'
+            reply = wording.reply_in(self.words, promise.result())
+            text = '{what}: {message}' if reply['ok'] else self.words.t('{what} was not taken: {message}')
+            self.note = text.format(what=what, message=reply['message'])
         if self._previewing is not None and self._previewing.done():
-            self.preview, self._previewing = self._previewing.result(), None
+            self.preview, self._previewing = wording.reply_in(self.words, self._previewing.result()), None
             return True
         return bool(done)
 
@@ -111,13 +119,20 @@ class TerminalSession:
             self._go_to(int(number))
         elif word == 'option':
             self._choose(int(number))
+        elif word == 'pan':
+            east, north = ACTION_STEP[int(number)]
+            most = max(self._grid['width'], self._grid['height']) if self._grid is not None else 0
+            moved = (at + PAN_CELLS * step for at, step in zip(self.pan, (east, north), strict=True))
+            self.pan = tuple(max(-most, min(most, at)) for at in moved)
         elif meant in VERDICTS:
             self._answer(meant)
         elif meant in ACTS:
-            self._begin(ACTS[meant], self._desk.act(meant, {}))
+            self._begin(self.words.t(ACTS[meant]), self._desk.act(meant, {}))
         else:
             others: dict[str, Callable[[], None]] = {
-                'others': self._avoid_others, 'undo': self._undo, 'take back': self._take_back, 'help': self._help,
+                'others': self._avoid_others, 'clear': self._clear, 'split': self._split, 'centre': self._centre,
+                'why': self._why,
+                'take back': self._take_back, 'help': self._help,
                 'quit': self._quit, 'mark': self._mark, 'heat': self._heat, 'replay': self._replay,
             }
             others[meant]()
@@ -129,23 +144,36 @@ class TerminalSession:
             self._pick(kind, action)
 
     def _answer(self, meant: str) -> None:
-        """Send, or begin to draw a split; while one is drawn, Enter sends it and s leaves it to the learner."""
+        """Send, or begin to draw a split; while one is drawn, Enter sends it and m ends it."""
         if self.drawing is None and meant == 'mixed':
             self._draw()
         elif self.drawing is None:
             self._send(VERDICTS[meant])
         elif meant == 'send' and not self.drawing.is_ready:
-            self.note = 'Mark some of the cells, not all.'
-        elif meant in ('send', 'skip'):
-            self._send(Verdict.SPLIT if meant == 'send' else Verdict.MIXED)
-        else:
+            self.note = self.words.t('Mark some of the cells, not all.')
+        elif meant == 'send':
+            self._send(Verdict.SPLIT)
+        elif meant == 'mixed':
             self.drawing = None
+        else:
+            self._send(VERDICTS[meant])
+
+    def _split(self) -> None:
+        if self.drawing is not None:
+            self._send(Verdict.MIXED)
+
+    def _centre(self) -> None:
+        self.pan = (0, 0)
+
+    def _why(self) -> None:
+        self.why = not self.why
 
     def _choose(self, index: int) -> None:
         """The answer of one gesture: what it stands for is sent at once."""
         options = self._query['options']
         if index >= len(options):
-            self.note = 'This question has no yes or no: name directions.' if self._query['id'] else 'Nothing is asked now.'
+            no = self.words.t('This question has no yes or no: name directions.')
+            self.note = no if self._query['id'] else self.words.t('Nothing is asked now.')
             return
         given = {**self._given(Verdict.ANSWER), **{name: options[index][name] for name in ('preferred', 'avoided')}}
         self.preferred, self.avoided, self.preview, self.drawing = (), (), None, None
@@ -156,11 +184,11 @@ class TerminalSession:
             self.preferred, self.avoided, self.preview = (), (), None
             self.drawing = Drawing(self._grid, tuple(self._query['states']), self.layer)
         else:
-            self.note = 'Nothing is asked now.'
+            self.note = self.words.t('Nothing is asked now.')
 
     def _go_to(self, layer: int) -> None:
         if self._grid is not None and layer < self._grid['layers']:
-            self.layer = layer
+            self.layer, self.pan = layer, (0, 0)
             if self.drawing is not None:
                 self.drawing.layer = layer
 
@@ -212,22 +240,19 @@ class TerminalSession:
 
     def _send(self, verdict: Verdict) -> None:
         if not self._query['id'] or (verdict is Verdict.ANSWER and not self.preferred):
-            self.note = 'Choose a right direction first.' if self._query['id'] else 'Nothing is asked now.'
+            first = self.words.t('Choose a right direction first.')
+            self.note = first if self._query['id'] else self.words.t('Nothing is asked now.')
             return
         self._deliver(self._given(verdict))
         self.drawing = None
 
     def _deliver(self, given: dict[str, Any]) -> None:
-        self.note = 'On its way; it is kept while the learner is away.'
-        self._begin('Your answer', self._desk.act('answer', given))
+        self.note = self.words.t('On its way; it is kept while the learner is away.')
+        self._begin(self.words.t('Your answer'), self._desk.act('answer', given))
 
-    def _undo(self) -> None:
-        if self.drawing is not None:
-            self.drawing = None
-        elif self.preferred or self.avoided:
-            self.preferred, self.avoided, self.preview = (), (), None
-        else:
-            self._begin('Undo', self._desk.act('undo', {}))
+    def _clear(self) -> None:
+        self.drawing = None
+        self.preferred, self.avoided, self.preview = (), (), None
 
     def _take_back(self) -> None:
         """Take back the earlier answer that the present picks contradict, else the newest that holds."""
@@ -235,7 +260,7 @@ class TerminalSession:
         held = [entry['id'] for entry in self._log if not entry['retracted']]
         if against or held:
             advice = (against or held)[-1]
-            self._begin(f'Taking back answer {advice}', self._desk.act('retract', {'advice': advice}))
+            self._begin(self.words.t('Take back answer {id}', id=advice), self._desk.act('retract', {'advice': advice}))
 
     def _begin(self, what: str, promise: Promise[Reply]) -> None:
         self._pending.append((what, promise))

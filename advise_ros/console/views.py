@@ -12,7 +12,7 @@ from nav_msgs.msg import OccupancyGrid
 
 from advise_msgs import msg
 from advise_ros.config import PolicyConfig
-from advise_ros.core.advice.advice import AdviceRecord, AnswerOption, Query, Verdict
+from advise_ros.core.advice.advice import AdviceRecord, AnswerOption, Query
 from advise_ros.core.demonstrations.demonstration import Counts, Demonstration, count
 from advise_ros.core.grid.grid import N_ACTIONS, Grid
 from advise_ros.core.grid.tables import terminal
@@ -80,10 +80,12 @@ def levels(values: Floats) -> str:
     return ''.join(LEVELS[int(level)] for level in np.rint(share * (len(LEVELS) - 1)))
 
 
-def query_view(query: Query, moments: list[View]) -> View:
+def query_view(query: Query, moments: list[View], taken: Sequence[int] = (0, 0, 0, 0)) -> View:
+    """The question; `taken` is how often each direction was flown at its states."""
     return {
         'id': query.query_id, 'version': query.policy_version, 'states': list(query.states),
-        'question': query.question, 'flown': list(query.demonstrated), 'policy': list(query.policy),
+        'question': query.question, 'taken': [int(number) for number in taken], 'flown': list(query.demonstrated),
+        'policy': list(query.policy),
         # Shares of the greatest possible entropy: 1 is "all four directions alike".
         'disagree': query.disagreement / math.log(N_ACTIONS), 'scarce': query.scarcity / math.log(N_ACTIONS),
         'unsure': query.policy_uncertainty / math.log(N_ACTIONS),
@@ -184,11 +186,3 @@ def flight_view(flight: msg.FlightStatus) -> View:
         'at': stamp_to_ns(flight.header.stamp) / NS,
     }
 
-
-def in_words(view: View) -> str:
-    """An answer of the log, e.g. 'NORTH and EAST, not SOUTH'."""
-    names = ('NORTH', 'EAST', 'SOUTH', 'WEST')
-    if view['verdict'] != Verdict.ANSWER:
-        return Verdict(view['verdict']).name.lower()
-    preferred, avoided = (' and '.join(names[action] for action in view[kind]) for kind in ('preferred', 'avoided'))
-    return f'{preferred}, not {avoided}'

@@ -7,16 +7,18 @@ from collections.abc import Sequence
 from advise_ros.core.advice.advice import Answer, Verdict
 from advise_ros.core.grid.grid import Action
 
-EXAMPLE = "here for 'EAST is right, the others are wrong'; actions: 0 NORTH, 1 EAST, 2 SOUTH, 3 WEST"
+# What stands for the answer, so that nobody gives one that was only an example.
+RIGHT, WRONG = 'RIGHT', 'WRONG'
+MEANING = f'for {RIGHT} and {WRONG} put directions, joined by commas: north, east, south, west, or 0, 1, 2, 3'
 
 
 def service_call(service: str, query_id: int) -> str:
     """A `ros2 service call` line; `service` is the resolved name."""
-    request = f"{{query_id: {query_id}, verdict: 0, preferred: [1], avoided: [0, 2, 3], expert_id: 'anna'}}"
+    request = f'{{query_id: {query_id}, verdict: 0, preferred: [{RIGHT}], avoided: [{WRONG}]}}'
     return f'ros2 service call {service} advise_msgs/srv/AnswerQuery "{request}"'
 
 
-def answer_command(namespace: str, query_id: int, said: str = '--prefer east --avoid north,south,west') -> str:
+def answer_command(namespace: str, query_id: int, said: str = f'--prefer {RIGHT} --avoid {WRONG}') -> str:
     """The `./advise answer` line; `namespace` is the learner's."""
     tail = '' if namespace == '/' else f' --ros-args -r __ns:={namespace}'
     return f'./advise answer --query {query_id} {said}{tail}'
@@ -32,7 +34,7 @@ def how_to_answer(service: str, namespace: str, query_id: int, words: Sequence[s
         words: of its options.
     """
     directions = service_call(service, query_id), answer_command(namespace, query_id)
-    head = f'To answer query {query_id}{" by directions" if words else ""} ({EXAMPLE}):'
+    head = f'To answer query {query_id}{" by directions" if words else ""} ({MEANING}):'
     by_word = [f'To answer query {query_id}:', *(f'  {answer_command(namespace, query_id, f"--say {word}")}' for word in words)]
     return '\n'.join((*(by_word if words else ()), head, *(f'  {line}' for line in directions)))
 

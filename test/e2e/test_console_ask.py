@@ -33,23 +33,23 @@ def typist(graph: Graph, learner: Learner) -> Iterator[Typist]:
 
 
 def test_a_question_is_answered_by_single_keys(graph: Graph, learner: Learner, typist: Typist) -> None:
-    typist.wait_to_see('question 1', 'on the way to waypoint', 'Which direction is right', '#')
-    typist.wait_to_see('ros2 service call /advise/answer')
+    typist.wait_to_see('question 1', 'Flying to waypoint', 'Choose the right direction', '#')
     typist.type(b'?')
-    typist.wait_to_see('T: take off')
+    typist.wait_to_see('take off', 'ros2 service call /advise/answer', 'RIGHT')
+    typist.type(b'?')
     typist.type(RIGHT)
-    typist.wait_to_see('You say: EAST right, WEST wrong.', 'cells would change; expected success')
+    typist.wait_to_see('You say: EAST right, WEST wrong.', 'waypoints reached', 'would change')
     assert not learner.log, 'a preview commits nothing'
     typist.type(b'K')
     typist.wait_to_see('You say: EAST right, NORTH wrong.')
     typist.type(SHIFT_LEFT)
-    typist.wait_to_see('You say: EAST right, NORTH and WEST wrong.')
+    typist.wait_to_see('You say: EAST right, NORTH, WEST wrong.')
     typist.type(b'\r')
-    typist.wait_to_see('question 2', '1: EAST, not NORTH and WEST, Anna')
+    typist.wait_to_see('question 2', '1: EAST, not NORTH, WEST, Anna')
     graph.wait_until(lambda: learner.log, what='the answer in the log')
     (given,) = learner.log
     assert (list(given.preferred), list(given.avoided), given.expert_id) == ([1], [0, 3], 'Anna')
-    typist.type(b'\x7f')
+    typist.type(b't')
     typist.wait_to_see('(taken back)', 'question 3')
     typist.type(b'm')
     typist.wait_to_see('Mark the cells that go another way')

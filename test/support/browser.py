@@ -10,7 +10,6 @@ from typing import Any
 
 from playwright.sync_api import Browser, Locator, Page, expect, sync_playwright
 
-from advise_ros.core.grid.grid import Grid
 from support.graph import Graph
 from support.processes import Process
 
@@ -79,14 +78,13 @@ class Person:
     def click(self, name: str) -> None:
         self.page.get_by_role('button', name=re.compile(name)).first.click()
 
-    def draw(self, grid: Grid, cell: int) -> None:
+    def draw(self, cell: int) -> None:
         """Touch a cell of the main map by mouse."""
         canvas = self.page.locator('.stage > .map .over')
         box = canvas.bounding_box()
         assert box is not None
-        column, row = grid.xy(cell)
-        share = ((column + 0.5) / grid.width, (grid.height - row - 0.5) / grid.height)
-        self.page.mouse.move(box['x'] + share[0] * box['width'], box['y'] + share[1] * box['height'])
+        x, y = self.page.evaluate(f'(cell) => {PAGE}.$refs.map.overPainter.centre(cell)', cell)
+        self.page.mouse.move(box['x'] + x, box['y'] + y)
         self.page.mouse.down()
         self.page.mouse.up()
 
@@ -127,6 +125,7 @@ class Person:
         return count
 
 
+# The page's component.
 PAGE = 'Object.values(mounted_app.$refs).flat().find((element) => element && element.link)'
 RESTS = f'() => !{PAGE}.link.waiting.size'
 LATE_ANSWER = f"""async ([query, states]) => {{

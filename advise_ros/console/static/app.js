@@ -4,11 +4,11 @@ import GridMap from '/console/map.js';
 import History from '/console/history.js';
 import Robot from '/console/robot.js';
 import { Link } from '/console/link.js';
-import { choose as chooseLanguage, language, speak, t, tn } from '/console/language.js';
+import { choose as chooseLanguage, language, number, percent, speak, t, tn } from '/console/language.js';
 import template from '/console/template.js';
 import { layerViews, describe } from '/console/layers.js';
-import { keyAct, letGo } from '/console/keys.js';
-import { ANSWER, CONTRADICTION, MIXED, SKIP, SPLIT, UNSURE, assumed, count, list, names, percent, said } from '/console/words.js';
+import { KEYS, keyAct, letGo } from '/console/keys.js';
+import { ANSWER, CONTRADICTION, MIXED, SKIP, SPLIT, UNSURE, assumed, cells as cellsOf, names, reached, said, steps } from '/console/words.js';
 
 const PREVIEW_AFTER_MS = 250, LOOK_MS = 100, STALE_MS = 4000, NOTE_MS = 12000, TRACK_POINTS = 300;
 const MOMENT_CELLS_A_SECOND = 3.5;
@@ -25,11 +25,12 @@ export default {
       s: {}, up: false, met: false, stale: false, people: 1, kept: [], preferred: [], avoided: [], comment: '', by: localStorage.getItem('advise-name') || '',
       theme: localStorage.getItem('advise-theme') || 'auto', systemDark: matchMedia('(prefers-color-scheme: dark)').matches,
       layer: 0, show: { unsure: false, keepOut: true, flown: true, policy: true, route: true }, preview: null, previewing: false, clash: null, note: null,
-      considered: -1, named: false, drawing: false, part: new Set(), cursor: -1, looked: null, replaying: -1, help: false, sent: 0,
+      considered: -1, named: false, drawing: false, part: new Set(), cursor: -1, looked: null, replaying: -1, help: false, sent: 0, reasons: false, marks: matchMedia('(min-width: 1100px)').matches,
     };
   },
   computed: {
     language: () => language,
+    keys: () => KEYS,
     map() { return this.s.map; },
     query() { return this.s.query && this.s.query.id ? this.s.query : null; },
     // Answers of one gesture, the one that keeps out first.
@@ -37,7 +38,7 @@ export default {
     // Directions are named: the cells that they are for are marked.
     byDirections() { return !this.options.length || this.named || this.drawing || this.preferred.length > 0 || this.avoided.length > 0; },
     entersNow() { const likely = this.s.site?.keepOut; return likely && this.s.policy ? this.s.policy.route.filter((state) => likely[state % likely.length] >= LIKELY).length : -1; },
-    learner() { return this.s.learner || { phase: 'waiting', message: 'No learner is heard yet.', contradictions: [] }; },
+    learner() { return this.s.learner || { phase: 'silent', message: '', contradictions: [] }; },
     sending() { return Boolean(this.query) && this.sent === this.query.id; },
     open() { return Boolean(this.query) && this.learner.phase !== 'learning' && !this.answered; },
     answered() { return this.query && (this.s.log || []).some((entry) => entry.query === this.query.id && !entry.retracted); },
@@ -47,19 +48,54 @@ export default {
     isReady() { return this.drawing ? this.part.size > 0 && this.part.size < this.query?.states.length : this.preferred.length > 0 && this.wrong.length > 0; },
     sentence() {
       if (!this.byDirections) return '';
-      if (this.drawing) return this.part.size ? `You say: ${this.part.size} of ${count(this.query.states.length, 'cell')} ${this.part.size > 1 ? 'go' : 'goes'} another way than the rest.` : 'Mark the cells that go another way than the rest.';
-      if (!this.preferred.length) return this.avoided.length ? `You say: ${names(this.avoided)} ${this.avoided.length > 1 ? 'are' : 'is'} wrong. Which direction is right?` : 'Which direction is right in the marked cells?';
-      return `You say: ${names(this.preferred)} ${this.preferred.length > 1 ? 'are' : 'is'} right, ${names(this.wrong)} ${this.wrong.length > 1 ? 'are' : 'is'} wrong.`;
+      if (this.drawing) {
+        return this.part.size ? tn('You say: {n} of {cells} goes another way than the rest.', 'You say: {n} of {cells} go another way than the rest.', this.part.size, { cells: cellsOf(this.query.states.length) })
+          : t('Mark the cells that go another way than the rest.');
+      }
+      const right = names(this.preferred), wrong = names(this.wrong);
+      if (!this.preferred.length) return this.avoided.length ? tn('You say: {wrong} is wrong. Which direction is right?', 'You say: {wrong} are wrong. Which direction is right?', this.avoided.length, { wrong }) : t('Choose the right direction.');
+      return tn('You say: {right} is right, not {wrong}.', 'You say: {right} are right, not {wrong}.', this.preferred.length, { right, wrong });
     },
     before() {
       if (!this.query) return [];
       const asked = new Set(this.query.states);
       return (this.s.log || []).filter((entry) => !entry.retracted && entry.verdict === ANSWER && entry.states.some((state) => asked.has(state)));
     },
-    // The reasons, and the question itself, which is the last sentence.
+    // The question in a few words, its reasons, and head and tail of each answer; a text without words of ours stays as it came.
     asking() {
-      const text = (this.s.query ? this.s.query.question : this.learner.message).replaceAll(' %', '\u00a0%'), at = text.lastIndexOf('. ');
-      return at > 0 && text.endsWith('?') ? [text.slice(0, at + 1), text.slice(at + 2)] : [text, ''];
+      const given = this.query?.said?.[language.code];
+      if (given) return given;
+      if (!this.query) return { short: this.standing, why: [], options: [] };
+      const [short, ...why] = this.query.question.split(/(?<=[?.])\s+/);
+      return { short, why, options: this.options.map((option) => option.label.split(': ')) };
+    },
+    // Where the learner stands while it asks nothing.
+    standing() {
+      const { phase, enough, message } = this.learner;
+      if (phase === 'silent') return t('No learner is heard yet.');
+      if (phase === 'learning') return t('The drone is learning …');
+      if (enough) return t('I would fly it now: no answer would change much.');
+      if (phase === 'waiting') return t('Waiting for flights. Fly the route once or twice; each flight is a demonstration.');
+      return phase === 'done' ? t('No question is left. Fly the policy, or fly another demonstration.') : message;
+    },
+    stepsSaved() { return tn('{n} step', '{n} steps', Math.round(10 * this.query.worth) / 10, { n: number(this.query.worth, 1) }); },
+    themeName() { return { auto: t('automatic'), dark: t('dark'), light: t('light') }[this.theme]; },
+    progress() {
+      const parts = [tn('{n} answer given', '{n} answers given', this.learner.answers || 0)], policy = this.s.policy;
+      if (policy) parts.push(t('{n} of {all} waypoints reached', { n: policy.waypoints, all: this.map?.layers }), t('expected success {share}', { share: percent(policy.success) }));
+      if (policy && this.entersNow >= 0) parts.push(tn('{n} keep-out cell crossed', '{n} keep-out cells crossed', this.entersNow));
+      return parts.join(' · ');
+    },
+    previewText() {
+      const p = this.preview;
+      if (this.previewing || !p) return ['', t('Trying it out …')];
+      if (!p.ok) return ['', p.message];
+      const before = reached(p.before, this.map, p.reaches[0]), after = reached(p.after, this.map, p.reaches[1]);
+      const gains = [t('waypoints reached {before} → {after} of {all}', { before, after, all: this.map.layers })];
+      if (p.keepOut.length) gains.unshift(t('keep-out cells crossed {before} → {after}', { before: p.entered[0].length, after: p.entered[1].length }));
+      const changes = p.changed.length ? tn('▲ {n} cell would change', '▲ {n} cells would change', p.changed.length) : t('nothing would change');
+      const better = Math.abs(p.success[1] - p.success[0]) >= 0.01 ? t('; expected success {before} → {after}', { before: percent(p.success[0]), after: percent(p.success[1]) }) : '';
+      return [gains.join(', '), `${changes}${better}.`];
     },
     worse() {
       const p = this.preview;
@@ -80,11 +116,11 @@ export default {
       const asked = (layer) => this.layers[layer]?.asked.size || 0;
       return [...this.layers.keys()].sort((a, b) => (asked(b) > 0) - (asked(a) > 0) || a - b);
     },
-    mapLabel() { return this.map ? describe(this, this.layer) : 'No map yet'; },
+    mapLabel() { return this.map ? describe(this, this.layer) : t('No map yet'); },
     alarm() {
-      if (this.cutOff) return 'No connection to the console. The page tries again by itself; an answer that you give now is kept and sent once.';
+      if (this.cutOff) return t('No connection to the console. The page tries again by itself; an answer that you give now is kept and sent once.');
       const graph = this.s.graph;
-      if (graph && !graph.learner) return graph.heard ? 'The learner is silent. An answer that you give now is kept and sent once when it is back.' : 'No learner is heard yet; start it, or wait.';
+      if (graph && !graph.learner) return graph.heard ? t('The learner is silent. An answer that you give now is kept and sent once when it is back.') : t('No learner is heard yet; start it, or wait.');
       return '';
     },
     troubled() { return (this.s.nodes || []).filter((node) => node.level === 'error' || node.level === 'silent'); },
@@ -92,12 +128,12 @@ export default {
     canCommand() { return this.up && !this.stale; },
     canTry() { return this.canCommand && Boolean(this.s.graph?.learner); },
     cutOff() { return !this.canCommand && (this.met || this.stale); },
-    line() { return this.canCommand ? '● live' : this.cutOff ? '○ cut off' : '… connecting'; },
+    line() { return this.canCommand ? `● ${t('live')}` : this.cutOff ? `○ ${t('cut off')}` : `… ${t('connecting')}`; },
     status() {
-      if (this.learner.phase === 'learning') return 'The drone is learning …';
-      if (this.sending) return 'Your answer is on the way …';
-      if (this.query && this.open) return `The drone asks: question ${this.query.id}`;
-      return this.query && this.answered ? `Question ${this.query.id} is answered; the drone is learning …` : this.learner.message;
+      if (this.learner.phase === 'learning') return t('The drone is learning …');
+      if (this.sending) return t('Your answer is on the way …');
+      if (this.query && this.open) return t('The drone asks: question {id}', { id: this.query.id });
+      return this.query && this.answered ? t('Question {id} is answered; the drone is learning …', { id: this.query.id }) : this.standing;
     },
   },
   watch: {
@@ -131,7 +167,7 @@ export default {
     this.frame();
   },
   methods: {
-    t, tn, chooseLanguage, count, list, names, percent, said,
+    t, tn, chooseLanguage, cellsOf, number, percent, said, steps,
     // -- from the server -----------------------------------------------------------------
     take(sections, people) {
       this.heard = performance.now();
@@ -168,6 +204,7 @@ export default {
       this.preferred = []; this.avoided = []; this.comment = ''; this.preview = null; this.clash = this.clash?.soft ? this.clash : null;
       this.drawing = this.named = false; this.considered = -1; this.part = new Set(); this.cursor = -1; this.stopReplay();
       this.showQuestion();
+      this.$nextTick(() => this.$refs.map?.follow());
     },
     // The map with most of its cells.
     showQuestion() {
@@ -226,17 +263,6 @@ export default {
     ours() { return (this.s.log || []).find((entry) => entry.id === this.clash?.mine); },
     clashElsewhere() { return this.clashCells.length > 0 && !this.layers[this.layer]?.clash.size; },
     showClash() { if (this.clashElsewhere()) this.layer = this.layers.findIndex((view) => view.clash.size); },
-    // The gain first, then what changes.
-    previewText() {
-      const p = this.preview;
-      if (this.previewing) return ['', 'Trying it out …'];
-      if (!p.ok) return ['', p.message];
-      const route = p.reaches[1] ? 'reaches the final waypoint' : 'does not reach the final waypoint', success = `expected success ${percent(p.success[0])} → ${percent(p.success[1])}`;
-      const change = p.changed.length ? `▲ ${count(p.changed.length, 'cell')} would change; ━ the route then ${route}` : `nothing would change; the route ${route}`;
-      const learnt = `${change} (learnt in ${p.seconds.toFixed(2)}\u00a0s).`;
-      if (!p.keepOut.length) return [success, learnt];
-      return [`cells entered that you likely want kept out of: ${p.entered[0].length} → ${p.entered[1].length}`, `${success}; ${learnt}`];
-    },
     async send() {
       if (!this.isReady || !this.query || this.answered) return;
       await this.give(this.drawing ? SPLIT : ANSWER);
@@ -246,7 +272,7 @@ export default {
       this.considered = -1;
       const given = this.given(verdict, option), picks = [this.preferred, this.avoided];
       this.sent = given.query;
-      const waiting = setTimeout(() => { this.tell('Your answer is kept; it is sent when the learner is back.'); }, 1500);
+      const waiting = setTimeout(() => { this.tell(t('Your answer is kept; it is sent when the learner is back.')); }, 1500);
       const reply = await this.link.answer(given);
       clearTimeout(waiting);
       if (this.sent === given.query) this.sent = 0;
@@ -255,8 +281,8 @@ export default {
     onGiven(given, reply, picks) {
       const refused = reply.code === CONTRADICTION;
       if (reply.contradicts?.length) this.clash = { ids: reply.contradicts, mine: reply.advice, soft: !refused };
-      if (reply.ok) this.tell(reply.contradicts?.length ? `Answer ${reply.advice} is noted, though it contradicts an earlier one.` : `Thank you: ${reply.advice ? `answer ${reply.advice} is noted` : reply.message}.`);
-      else this.tell(`Not taken: ${reply.message}.`, true);
+      if (reply.ok) this.tell(reply.contradicts?.length ? t('Answer {id} is noted, though it contradicts an earlier one.', { id: reply.advice }) : reply.advice ? t('Thank you: answer {id} is noted.', { id: reply.advice }) : t('Thank you: {message}.', { message: reply.message }));
+      else this.tell(t('Not taken: {message}.', { message: reply.message }), true);
       if (!reply.ok && this.query?.id === given.query && given.verdict === ANSWER) [this.preferred, this.avoided] = picks;
     },
     skip() { this.give(SKIP); },
@@ -285,7 +311,10 @@ export default {
     // -- acts ----------------------------------------------------------------------------
     async act(name, given = {}) {
       const reply = await this.link.send(name, given);
-      const what = { hold: 'Hold', fly: 'Fly', takeoff: 'Take off', land: 'Land', take_over: 'Take over', undo: 'Undo', retract: 'Take back', record_start: 'Record', record_stop: 'Stop', record_discard: 'Discard' }[name];
+      const what = {
+        hold: t('HOLD'), fly: t('Fly the policy'), takeoff: t('Take off'), land: t('Land'), take_over: t('Take over'), undo: t('Take back'), retract: t('Take back'),
+        record_start: t('Record'), record_stop: t('Stop'), record_discard: t('Discard'),
+      }[name];
       this.tell(`${what}: ${reply.message}.`, !reply.ok);
       return reply;
     },
@@ -294,10 +323,9 @@ export default {
       if (reply.ok && this.clash) this.clash = null;
       if (reply.ok) this.askPreview();
     },
-    undo() {
+    clearPicks() {
       if (this.drawing) this.mixed();
-      else if (this.preferred.length || this.avoided.length) { this.preferred = []; this.avoided = []; }
-      else this.act('undo');
+      else { this.preferred = []; this.avoided = []; }
     },
     tell(text, bad = false) {
       this.note = { text, bad };

@@ -1,11 +1,11 @@
 // Texts, numbers and times of day in the person's language. A text is its English wording: t('Your answer');
 // '{name}' in it is replaced by what is given. The catalogue comes from the server.
-import { shallowReactive } from 'vue';
+import { shallowReactive, toRaw } from 'vue';
 
 export const language = shallowReactive({ code: 'en', texts: {}, names: { en: 'English' } });
 
 export function speak({ code, texts, names }) {
-  Object.assign(language, { code, texts: Object.freeze(texts), names });
+  Object.assign(language, { code, texts: toRaw(texts), names });
   document.documentElement.lang = code;
 }
 

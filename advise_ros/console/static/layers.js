@@ -1,5 +1,6 @@
 // One view a waypoint layer, as the painter takes it, out of the sections of the page.
-import { count, percent } from '/console/words.js';
+import { percent, t, tn } from '/console/language.js';
+import { place } from '/console/words.js';
 
 function perLayer(map, states, put) {
   const size = map.width * map.height;
@@ -72,11 +73,9 @@ const endsIn = (route, layer, size) => route.length > 0 && Math.floor(route[rout
 // The map in words, for those who do not see it.
 export function describe(page, layer) {
   const { map } = page, view = page.layers[layer], cells = [...view.asked];
-  const columns = cells.map((cell) => cell % map.width), rows = cells.map((cell) => Math.floor(cell / map.width));
-  const span = (name, values) => `${name} ${Math.min(...values)} to ${Math.max(...values)}`;
-  const disputed = view.disputed.size ? `; ${count(view.disputed.size, 'cell')} in dispute` : '';
-  const asked = cells.length ? `${count(cells.length, 'cell')} asked about, ${span('columns', columns)}, ${span('rows', rows)}` : 'nothing asked here';
-  const after = page.preview?.ok ? `; ${count(view.changes.size, 'cell')} would change` : '';
-  const success = page.s.policy ? `; expected success ${percent(page.s.policy.success)}` : '';
-  return `Map on the way to waypoint ${layer + 1}, ${map.width} by ${map.height} cells, north up: ${asked}${disputed}${after}${success}`;
+  const parts = [cells.length ? tn('{n} cell asked about, {place}', '{n} cells asked about, {place}', cells.length, { place: place(cells, map.width) }) : t('nothing asked here')];
+  if (view.disputed.size) parts.push(tn('{n} cell in dispute', '{n} cells in dispute', view.disputed.size));
+  if (page.preview?.ok) parts.push(tn('{n} cell would change', '{n} cells would change', view.changes.size));
+  if (page.s.policy) parts.push(t('expected success {share}', { share: percent(page.s.policy.success) }));
+  return t('Map to waypoint {n}, {width} by {height} cells, north up: {what}', { n: layer + 1, width: map.width, height: map.height, what: parts.join('; ') });
 }

@@ -1,5 +1,6 @@
 // Acts of the person on their way: an answer is kept until the server has replied to it, over losses and reloads;
 // everything else is refused while there is no connection, so that no old wish to fly is carried out later.
+import { language, t } from '/console/language.js';
 import { newId } from '/console/words.js';
 
 const STORE = 'advise-answers', GREET_AGAIN_MS = 3000;
@@ -40,7 +41,7 @@ export class Link {
   // Whether what was on its way has arrived is not known; answers are sent again, as they are taken once.
   lose() {
     this.up = false;
-    for (const [id, act] of this.waiting) if (act.name !== 'answer') this.reply(id, { ok: false, message: 'the connection was lost; look whether it was done' });
+    for (const [id, act] of this.waiting) if (act.name !== 'answer') this.reply(id, { ok: false, message: t('the connection was lost; look whether it was done') });
   }
 
   open() { return window.socket?.connected && window.did_handshake ? window.socket.id : ''; }
@@ -55,8 +56,8 @@ export class Link {
   send(name, given) {
     const id = ++this.number;
     const reply = new Promise((resolve) => this.waiting.set(id, { name, given, resolve }));
-    if (this.up && this.open() === this.line) this.emit('act', { id, name, given });
-    else if (name !== 'answer') this.reply(id, { ok: false, message: 'there is no connection to the console; nothing was done' });
+    if (this.up && this.open() === this.line) this.emit('act', { id, name, given, language: language.code });
+    else if (name !== 'answer') this.reply(id, { ok: false, message: t('there is no connection to the console; nothing was done') });
     return reply;
   }
 

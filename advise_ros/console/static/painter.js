@@ -3,15 +3,17 @@ import { STEP } from '/console/words.js';
 
 const LIGHT = {
   paper: '#ffffff', line: '#d5dce2', ink: '#16202a', wall: '#3c4650', asked: '#A86A00', askedFill: '#fde7b5', flown: '#0072B2',
-  policy: '#16202a', route: '#5b6875', change: '#00754f', changeFill: '#c9efe0', clash: '#b8330f', drone: '#8a1c6a',
+  policy: '#16202a', route: '#5b6875', axis: '#55626f', change: '#00754f', changeFill: '#c9efe0', clash: '#b8330f', drone: '#8a1c6a',
   heat: [[255, 255, 255], [120, 94, 180]], part: '#0072B2', keepOut: '#d1462f', disputed: '#A31F00', keep: '#5b2fb0', through: '#855400',
 };
 const DARK = {
   paper: '#141b22', line: '#33404c', ink: '#f2f5f7', wall: '#8793a0', asked: '#F5B82E', askedFill: '#5a4308', flown: '#56B4E9',
-  policy: '#f2f5f7', route: '#9aa8b5', change: '#35d39a', changeFill: '#0d4a37', clash: '#ff8a5c', drone: '#ff8ad8',
+  policy: '#f2f5f7', route: '#9aa8b5', axis: '#a5b2be', change: '#35d39a', changeFill: '#0d4a37', clash: '#ff8a5c', drone: '#ff8ad8',
   heat: [[20, 27, 34], [150, 120, 220]], part: '#56B4E9', keepOut: '#e0573c', disputed: '#ff9a7a', keep: '#bda2ff', through: '#F5B82E',
 };
-const LEVELS = 35, TRACK_PARTS = 6;
+const LEVELS = 35, TRACK_PARTS = 6, CELL_MOST = 150;
+// Room [css px] around a map, and for the numbers of its columns and rows: left, below.
+const EDGE = 4, AXES = [26, 20];
 // Per cent below which a cell is as good as free.
 const KEEP_OUT_LEAST = 5;
 
@@ -21,41 +23,92 @@ export class Painter {
     this.context = canvas.getContext('2d');
   }
 
-  // Prepare the canvas for `map` in a box of `width` css pixels; returns the height in css pixels.
-  fit(map, width, dark, margin = 4) {
-    const ratio = window.devicePixelRatio || 1;
+  // Where the whole map lies in a box: {cell, x, y} [css px].
+  whole(map, width, height, axes) {
+    const [left, bottom] = axes ? AXES : [EDGE, EDGE], across = width - left - EDGE, up = height - EDGE - bottom;
+    const cell = Math.max(1.5, Math.min(across / map.width, up / map.height, CELL_MOST));
+    return { cell, x: left + Math.max(0, (across - cell * map.width) / 2), y: EDGE + Math.max(0, (up - cell * map.height) / 2) };
+  }
+
+  // Prepare the canvas for a box of `width` x `height` css pixels; `section` is what is seen of the map, null: all of it.
+  fit(map, width, height, { dark, section = null, axes = false }) {
+    const ratio = window.devicePixelRatio || 1, [left, bottom] = axes ? AXES : [EDGE, EDGE];
     this.colours = dark ? DARK : LIGHT;
     this.map = map;
-    this.cell = Math.max(2, (width - 2 * margin) / map.width);
+    this.axes = axes;
+    this.box = { left, top: EDGE, right: width - EDGE, bottom: height - bottom };
+    const seen = section || this.whole(map, width, height, axes);
+    this.cell = seen.cell;
     this.unit = Math.min(this.cell, 84); // Marks do not grow with very large cells.
-    this.margin = margin;
-    const height = Math.ceil(this.cell * map.height + 2 * margin);
+    this.x = this.inside(seen.x, this.cell * map.width, this.box.left, this.box.right);
+    this.y = this.inside(seen.y, this.cell * map.height, this.box.top, this.box.bottom);
+    if (section) Object.assign(section, { x: this.x, y: this.y });
     this.canvas.width = Math.round(width * ratio);
     this.canvas.height = Math.round(height * ratio);
     this.canvas.style.width = `${width}px`;
     this.canvas.style.height = `${height}px`;
     this.context.setTransform(ratio, 0, 0, ratio, 0, 0);
-    return height;
   }
 
-  left(cell) { return this.margin + (cell % this.map.width) * this.cell; }
-  top(cell) { return this.margin + (this.map.height - 1 - Math.floor(cell / this.map.width)) * this.cell; }
+  // The map's edge, so that no empty place is seen beside a map that is larger than the box.
+  inside(at, size, low, high) { return size <= high - low ? low + (high - low - size) / 2 : Math.min(low, Math.max(high - size, at)); }
+
+  left(cell) { return this.x + (cell % this.map.width) * this.cell; }
+  top(cell) { return this.y + (this.map.height - 1 - Math.floor(cell / this.map.width)) * this.cell; }
   centre(cell) { return [this.left(cell) + this.cell / 2, this.top(cell) + this.cell / 2]; }
+  sees(cell) {
+    const x = this.left(cell), y = this.top(cell);
+    return x < this.box.right && x + this.cell > this.box.left && y < this.box.bottom && y + this.cell > this.box.top;
+  }
+  clipped(draw) {
+    const { context, box } = this;
+    context.save();
+    context.beginPath();
+    context.rect(box.left - 1, box.top - 1, box.right - box.left + 2, box.bottom - box.top + 2);
+    context.clip();
+    draw();
+    context.restore();
+  }
   at(east, north) {
     const x = (east - this.map.origin[0]) / this.map.resolution, y = (north - this.map.origin[1]) / this.map.resolution;
-    return [this.margin + x * this.cell, this.margin + (this.map.height - y) * this.cell];
+    return [this.x + x * this.cell, this.y + (this.map.height - y) * this.cell];
   }
   cellAt(x, y) {
-    const column = Math.floor((x - this.margin) / this.cell);
-    const row = this.map.height - 1 - Math.floor((y - this.margin) / this.cell);
+    const column = Math.floor((x - this.x) / this.cell), row = this.map.height - 1 - Math.floor((y - this.y) / this.cell);
     return column >= 0 && column < this.map.width && row >= 0 && row < this.map.height ? row * this.map.width + column : -1;
   }
 
   // view: {layer, asked, lit, disputed, keepOut, flown, greedy, unsure, changes, part, clash, routes, next, show, small}
   base(view) {
-    const { context, map, colours } = this;
-    context.fillStyle = colours.paper;
-    context.fillRect(0, 0, this.canvas.width, this.canvas.height);
+    this.context.fillStyle = this.colours.paper;
+    this.context.fillRect(0, 0, this.canvas.width, this.canvas.height);
+    this.clipped(() => this.cells(view));
+    if (this.axes) this.numbers();
+  }
+
+  // Columns from the west and rows from the south, counted from 1; as many as there is room for.
+  numbers() {
+    const { context, map, box } = this, step = [1, 2, 5, 10, 20, 50, 100].find((one) => one * this.cell >= 24) || 100;
+    context.fillStyle = this.colours.axis;
+    context.font = '600 12px system-ui, sans-serif';
+    const shown = (index) => step === 1 || (index + 1) % step === 0;
+    context.textBaseline = 'top';
+    context.textAlign = 'center';
+    const below = Math.min(box.bottom, this.y + map.height * this.cell) + 4, beside = Math.max(box.left, this.x) - 5;
+    for (let column = 0; column < map.width; column++) {
+      const x = this.x + (column + 0.5) * this.cell;
+      if (shown(column) && x > box.left && x < box.right) context.fillText(String(column + 1), x, below);
+    }
+    context.textBaseline = 'middle';
+    context.textAlign = 'right';
+    for (let row = 0; row < map.height; row++) {
+      const y = this.y + (map.height - row - 0.5) * this.cell;
+      if (shown(row) && y > box.top && y < box.bottom) context.fillText(String(row + 1), beside, y);
+    }
+  }
+
+  cells(view) {
+    const { map, colours } = this;
     if (view.show.unsure && view.unsure) this.heat(view);
     else if (view.lit) this.fillCells(view.asked, colours.askedFill);
     if (view.keepOut && !view.show.unsure) this.keepOut(view.keepOut);
@@ -89,14 +142,14 @@ export class Painter {
   // The same in per cent, above all arrows, where there is room.
   perCents(shares) {
     const { context, colours } = this;
-    if (this.cell < 34) return;
-    context.font = `600 ${Math.round(Math.min(12, 0.22 * this.cell))}px system-ui, sans-serif`;
+    if (this.cell < 30) return;
+    context.font = `600 ${Math.round(Math.min(13, 0.26 * this.cell))}px system-ui, sans-serif`;
     context.textAlign = 'right';
     context.textBaseline = 'bottom';
     context.lineWidth = 3;
     for (let cell = 0; cell < shares.length; cell++) {
       if (shares[cell] < KEEP_OUT_LEAST) continue;
-      const [text, x, y] = [`${shares[cell]}\u00a0%`, this.left(cell) + this.cell - 3, this.top(cell) + this.cell - 2];
+      const [text, x, y] = [`${shares[cell]}`, this.left(cell) + this.cell - 3, this.top(cell) + this.cell - 2];
       context.strokeStyle = colours.paper;
       context.strokeText(text, x, y);
       context.fillStyle = colours.ink;
@@ -136,8 +189,9 @@ export class Painter {
     context.strokeStyle = this.colours.line;
     context.lineWidth = 1;
     context.beginPath();
-    for (let x = 0; x <= map.width; x++) { context.moveTo(this.margin + x * this.cell, this.margin); context.lineTo(this.margin + x * this.cell, this.margin + map.height * this.cell); }
-    for (let y = 0; y <= map.height; y++) { context.moveTo(this.margin, this.margin + y * this.cell); context.lineTo(this.margin + map.width * this.cell, this.margin + y * this.cell); }
+    const [right, bottom] = [this.x + map.width * this.cell, this.y + map.height * this.cell];
+    for (let x = 0; x <= map.width; x++) { context.moveTo(this.x + x * this.cell, this.y); context.lineTo(this.x + x * this.cell, bottom); }
+    for (let y = 0; y <= map.height; y++) { context.moveTo(this.x, this.y + y * this.cell); context.lineTo(right, this.y + y * this.cell); }
     context.stroke();
   }
 
@@ -197,7 +251,7 @@ export class Painter {
   policyArrows(view) {
     const { map, colours } = this, walls = new Set(map.blocked);
     for (let cell = 0; cell < view.greedy.length; cell++) {
-      if (walls.has(cell) || view.final === cell || view.changes.has(cell)) continue;
+      if (walls.has(cell) || view.final === cell || view.changes.has(cell) || !this.sees(cell)) continue;
       const inside = view.asked.has(cell);
       this.triangle(cell, Number(view.greedy[cell]), inside ? 0.17 : 0.12, inside ? colours.policy : colours.route);
     }
@@ -221,6 +275,7 @@ export class Painter {
     context.strokeStyle = this.colours.flown;
     context.lineCap = 'butt';
     for (const [cell, taken] of view.flown) {
+      if (!this.sees(cell)) continue;
       const total = taken[0] + taken[1] + taken[2] + taken[3], [x, y] = this.centre(cell);
       for (let action = 0; action < 4; action++) {
         if (!taken[action]) continue;
@@ -275,7 +330,8 @@ export class Painter {
 
   waypoints(next, small) {
     const { context, map, colours } = this;
-    const radius = Math.max(small ? 6 : 8, Math.min(0.2 * this.cell, 15)), inset = Math.min(0.24 * this.cell, radius + 3);
+    // In the corner of its cell, where no arrow is.
+    const radius = Math.max(small ? 6 : 7, Math.min(0.16 * this.cell, 15)), inset = Math.min(0.2 * this.cell, radius + 3);
     map.waypoints.forEach((cell, index) => {
       const x = this.left(cell) + Math.max(inset, radius * 0.7), y = this.top(cell) + Math.max(inset, radius * 0.7), ahead = index === next;
       context.fillStyle = ahead ? colours.ink : colours.paper;
@@ -295,8 +351,13 @@ export class Painter {
 
   // view: {drone, track, cursor, moment}
   over(view) {
-    const { context, colours } = this;
+    const { context } = this;
     context.clearRect(0, 0, this.canvas.width, this.canvas.height);
+    this.clipped(() => this.moves(view));
+  }
+
+  moves(view) {
+    const { context, colours } = this;
     if (view.track.length > 1) this.track(view.track);
     if (view.moment) this.moment(view.moment);
     if (view.cursor >= 0) {

@@ -1,55 +1,67 @@
 // The drone and its nodes: recording, flying, states.
+import { t } from '/console/language.js';
+
 const SIGN = { ok: '●', warn: '▲', error: '✖', silent: '○', gone: '–' };
-const LAST = { silent: 'silent; it said last: ', gone: 'has ended; it said last: ' };
 
 export default {
   props: { nodes: Array, vehicle: Object, flight: Object, battery: Number, disabled: Boolean },
   emits: ['act'],
   template: `
     <section class="card robot" aria-labelledby="robot-title">
-      <h2 id="robot-title">Drone</h2>
+      <h2 id="robot-title">{{ t('Drone') }}</h2>
       <p class="state" data-test="vehicle">{{ vehicleText }}</p>
-      <p class="state" v-if="flight && flight.phase !== 'idle'" data-test="flight"><b>{{ flight.phase }}</b>: {{ flight.message || ('step ' + flight.steps + ' of ' + flight.budget) }}</p>
-      <p class="state guard" v-if="guard" data-test="guard"><b>Guard:</b> {{ guard }}</p>
+      <p class="state" v-if="flight && flight.phase !== 'idle'" data-test="flight"><b>{{ phase }}</b>: {{ flight.message || t('step {step} of {most}', { step: flight.steps, most: flight.budget }) }}</p>
+      <p class="state guard" v-if="guard" data-test="guard"><b>{{ t('Guard:') }}</b> {{ guard }}</p>
       <div class="row">
-        <button type="button" :disabled="disabled" @click="$emit('act', 'takeoff')">Take off</button>
-        <button type="button" :disabled="disabled" @click="$emit('act', 'fly')">Fly the policy</button>
-        <button type="button" :disabled="disabled" @click="$emit('act', 'land')">Land</button>
-        <button type="button" v-if="lost" :disabled="disabled" data-test="take-over" @click="$emit('act', 'take_over')">Take over</button>
+        <button type="button" :disabled="disabled" @click="$emit('act', 'takeoff')">{{ t('Take off') }}</button>
+        <button type="button" :disabled="disabled" @click="$emit('act', 'fly')">{{ t('Fly the policy') }}</button>
+        <button type="button" :disabled="disabled" @click="$emit('act', 'land')">{{ t('Land') }}</button>
+        <button type="button" v-if="lost" :disabled="disabled" data-test="take-over" @click="$emit('act', 'take_over')">{{ t('Take over') }}</button>
       </div>
-      <h3>Demonstration</h3>
+      <h3>{{ t('Demonstration') }}</h3>
       <p class="state" v-if="recorder" data-test="recorder">{{ recorder }}</p>
       <div class="row">
-        <button type="button" :disabled="disabled" @click="$emit('act', 'record_start')">Record</button>
-        <button type="button" :disabled="disabled" @click="$emit('act', 'record_stop')">Stop</button>
-        <button type="button" :disabled="disabled" @click="$emit('act', 'record_discard')">Discard</button>
+        <button type="button" :disabled="disabled" @click="$emit('act', 'record_start')">{{ t('Record') }}</button>
+        <button type="button" :disabled="disabled" @click="$emit('act', 'record_stop')">{{ t('Stop') }}</button>
+        <button type="button" :disabled="disabled" @click="$emit('act', 'record_discard')">{{ t('Discard') }}</button>
       </div>
-      <h3>Nodes</h3>
-      <ul class="nodes" aria-label="State of every node">
+      <h3>{{ t('Nodes') }}</h3>
+      <ul class="nodes" :aria-label="t('State of every node')">
         <li v-for="node in nodes || []" :key="node.name" :class="node.level">
           <span class="sign" aria-hidden="true">{{ sign(node.level) }}</span><b>{{ node.name }}</b>{{ ' ' }}
-          <span :class="{short: node.level === 'ok'}">{{ last(node.level) }}{{ node.message }}</span>
+          <span :class="{short: node.level === 'ok'}">{{ last(node) }}</span>
         </li>
-        <li v-if="!(nodes || []).length" class="silent">No node is heard.</li>
+        <li v-if="!(nodes || []).length" class="silent">{{ t('No node is heard.') }}</li>
       </ul>
     </section>`,
   computed: {
     vehicleText() {
       const v = this.vehicle;
-      if (!v) return 'No vehicle is heard.';
-      if (!v.connected) return 'No heartbeat of the vehicle.';
-      const state = v.in_air ? 'in the air' : v.armed ? 'armed' : 'on the ground';
-      return `${v.autopilot} ${v.mode}, ${state}${v.waiting_for ? `; waiting for ${v.waiting_for}` : ''}${v.text ? ` · ${v.text}` : ''}`;
+      if (!v) return t('No vehicle is heard.');
+      if (!v.connected) return t('No heartbeat of the vehicle.');
+      const state = v.in_air ? t('in the air') : v.armed ? t('armed') : t('on the ground');
+      return `${v.autopilot} ${v.mode}, ${state}${v.waiting_for ? t('; waiting for {what}', { what: v.waiting_for }) : ''}${v.text ? ` · ${v.text}` : ''}`;
+    },
+    phase() {
+      const phases = {
+        'to start': t('on the way to the start'), flying: t('flying'), succeeded: t('arrived'), 'budget spent': t('too many steps'), blocked: t('blocked'),
+        canceled: t('cancelled'), stopped: t('stopped'), lost: t('lost'),
+      };
+      return phases[this.flight.phase] || this.flight.phase;
     },
     lost() { return this.vehicle && this.vehicle.connected && this.vehicle.in_air && this.vehicle.owner === 'others'; },
     guard() { return this.message(['guard', 'mavlink_bridge'], (node) => node.level === 'warn' || node.level === 'error'); },
     recorder() { return this.message(['recorder'], () => true); },
   },
   methods: {
+    t,
     sign: (level) => SIGN[level] || '?',
-    last: (level) => LAST[level] || '',
+    last(node) {
+      if (node.level === 'silent') return t('silent; it said last: {text}', { text: node.message });
+      return node.level === 'gone' ? t('has ended; it said last: {text}', { text: node.message }) : node.message;
+    },
     message(names, fits) {
-      const node = (this.nodes || []).find((one) => names.includes(one.name) && !LAST[one.level] && fits(one));
+      const node = (this.nodes || []).find((one) => names.includes(one.name) && !['silent', 'gone'].includes(one.level) && fits(one));
       return node ? node.message : '';
     },
   },

@@ -1,22 +1,19 @@
-// Words and numbers that several parts of the page need.
-export const ACTIONS = ['NORTH', 'EAST', 'SOUTH', 'WEST'];
+// Words that several parts of the page need; texts themselves go through language.js.
+import { clock as timeOfDay, list, t, tn } from '/console/language.js';
+
 export const STEP = [[0, 1], [1, 0], [0, -1], [-1, 0]];
 export const ANSWER = 0, SKIP = 1, UNSURE = 2, MIXED = 3, SPLIT = 4;
 export const CONTRADICTION = 7;
 const SIMULATED_S = 365 * 86400;
 
-export function list(words) {
-  if (words.length < 2) return words.join('');
-  return `${words.slice(0, -1).join(', ')} and ${words[words.length - 1]}`;
-}
-
-export const names = (actions) => list(actions.map((action) => ACTIONS[action]));
-export const percent = (share) => `${Math.round(100 * share)}\u00a0%`;
-export const count = (number, word) => `${number} ${word}${number === 1 ? '' : 's'}`;
+export const actionName = (action) => [t('NORTH'), t('EAST'), t('SOUTH'), t('WEST')][action];
+export const names = (actions) => list(actions.map(actionName));
+export const cells = (n) => tn('{n} cell', '{n} cells', n);
+export const steps = (n) => tn('{n} step', '{n} steps', n);
 
 export function said(entry) {
-  if (entry.verdict === ANSWER) return `${names(entry.preferred)}, not ${names(entry.avoided)}`;
-  return ['', 'skipped', 'unsure', 'these cells differ', `split off ${count(entry.states.length, 'cell')}`][entry.verdict];
+  if (entry.verdict === ANSWER) return t('{right}, not {wrong}', { right: names(entry.preferred), wrong: names(entry.avoided) });
+  return ['', t('skipped'), t('unsure'), t('these cells differ'), tn('split off {n} cell', 'split off {n} cells', entry.states.length)][entry.verdict];
 }
 
 // What is wrong elsewhere if only right directions are named: the opposite of each, unless it is right too;
@@ -26,11 +23,22 @@ export function assumed(preferred) {
   return opposite.length ? opposite : [0, 1, 2, 3].filter((action) => !preferred.includes(action));
 }
 
-// Of a stamp; simulated time begins with 0 and has no date, so it is told as it runs.
-export function clock(seconds) {
-  if (seconds > SIMULATED_S) return new Date(1000 * seconds).toLocaleTimeString([], { hour: '2-digit', minute: '2-digit' });
-  const two = (number) => String(Math.floor(number) % 60).padStart(2, '0');
-  return `at ${Math.floor(seconds / 3600)}:${two(seconds / 60)}:${two(seconds)}`;
+// The wall's time; simulated time has no time of day.
+export const clock = (seconds) => (seconds > SIMULATED_S ? timeOfDay(seconds) : '');
+
+// How many waypoints a route of states reaches, the final one included.
+export function reached(route, map, reaches) {
+  if (!route.length) return 0;
+  return reaches ? map.layers : Math.floor(route[route.length - 1] / (map.width * map.height));
+}
+
+// Cells as the map's axes have them, counted from 1: 'columns 2-4, row 1'.
+export function place(list, width) {
+  const columns = list.map((cell) => (cell % width) + 1), rows = list.map((cell) => Math.floor(cell / width) + 1);
+  const span = (values) => [Math.min(...values), Math.max(...values)];
+  const [west, east] = span(columns), [south, north] = span(rows);
+  const across = west === east ? t('column {from}', { from: west }) : t('columns {from}-{to}', { from: west, to: east });
+  return `${across}, ${south === north ? t('row {from}', { from: south }) : t('rows {from}-{to}', { from: south, to: north })}`;
 }
 
 export function newId() {

@@ -14,7 +14,7 @@ from advise_ros.core.numerics import Ints
 from advise_ros.core.planning.rollout import rollout
 from advise_ros.core.questions.select import Question, Selection, Situation
 from advise_ros.core.questions.uncertainty import cluster_uncertainty, sources
-from advise_ros.core.site.wording import listed, place, words
+from advise_ros.core.site.wording import counted, listed, place, these, words
 
 if TYPE_CHECKING:
     from advise_ros.core.site.questions import SiteQuestion
@@ -70,7 +70,7 @@ def _query(grid: Grid, situation: Situation, chosen: Question, numbering: Number
     disagreement, scarcity = (float(part.mean()) for part in sources(taken[states], settings.laplace))
     doubtful = situation.advice.doubtful if chosen.again else None
     asked = Asked(
-        states, taken[states], inferred.greedy[states], scarcity > disagreement,
+        states, taken[states], inferred.greedy[states],
         (doubtful.preferred, *support(taken, doubtful)) if doubtful else None,
     )
     query = Query(
@@ -115,38 +115,39 @@ class Asked(NamedTuple):
         states: (m,) ascending.
         taken: (m, n_actions) how often each action was taken there.
         greedy: (m,) what the drone would do.
-        scarce: few moves, rather than moves that disagree, make it unsure.
         said: an earlier answer that the moves do not bear out: what it prefers, moves that way, all moves.
     """
 
     states: Ints
     taken: Ints
     greedy: Ints
-    scarce: bool
     said: tuple[tuple[int, ...], int, int] | None = None
 
 
+WAYS = ('', 'one way', 'two ways', 'three ways', 'four ways')
+# A direction of fewer moves than this share is not named.
+NAMED_SHARE = 0.1
+
+
 def question(grid: Grid, asked: Asked) -> str:
-    """E.g. 'In 5 cells on the way to waypoint 2 (columns 1-3, rows 0-1) you flew EAST 48 %, NORTH 40 %; ...'."""
-    where, flown = _where(grid, asked.states), _flown(asked.taken)
-    if asked.said is not None:
-        return f'{where} {flown}; {_doubted(*asked.said)} Which direction is right there, and which is wrong?'
-    return (
-        f'{where} {flown}; the drone would fly {_would(asked.greedy)}. '
-        f'{_why(asked.taken, asked.scarce)} Which direction is right there, and which is wrong?'
-    )
+    """The question in at most twelve words, then where it is, what was flown there and what the drone would fly.
+
+    E.g. 'Flying to waypoint 2: which way in these 5 cells? Columns 2-4, rows 1-2; 39 moves there, split two ways: ...'.
+    """
+    cells, layers = asked.states % grid.n_cells, (np.unique(asked.states // grid.n_cells) + 1).tolist()
+    to = _waypoints(layers) if len(layers) < 3 else 'several waypoints'
+    where = place(grid, tuple(cells.tolist())).capitalize()
+    if len(layers) > 2:
+        where += f', on the way to {_waypoints(layers)}'
+    short = f'Flying to {to}: which way in {these(len(asked.states))}?'
+    reason = _doubted(*asked.said) if asked.said is not None else f'The drone would fly {_would(asked.greedy)}.'
+    return f'{short} {where}; {_flown(asked.taken)}. {reason}'
 
 
 def _doubted(preferred: tuple[int, ...], moves: int, of: int) -> str:
     said = ' or '.join(Action(action).name for action in preferred)
     way = 'ways' if len(preferred) > 1 else 'way'
-    return f'you answered {said}, but {moves} of {of} moves there went that {way}, so it is asked once more.'
-
-
-def _where(grid: Grid, states: Ints) -> str:
-    cells, layers = states % grid.n_cells, np.unique(states // grid.n_cells) + 1
-    where = 'In 1 cell' if len(states) == 1 else f'In {len(states)} cells'
-    return f'{where} on the way to {_waypoints([int(layer) for layer in layers])} ({place(grid, tuple(cells.tolist()))})'
+    return f'You answered {said}, but {moves} of {of} moves there went that {way}, so it is asked once more.'
 
 
 def _waypoints(layers: list[int]) -> str:
@@ -156,12 +157,16 @@ def _waypoints(layers: list[int]) -> str:
 
 
 def _flown(taken: Ints) -> str:
+    """E.g. '39 moves there, split two ways: EAST 60 %, NORTH 40 %'."""
     total = taken.sum(axis=0)
     if not total.any():
-        return 'you never flew'
+        return 'nobody flew there yet'
     shares = total / total.sum()
-    ranked = [a for a in np.argsort(-shares, kind='stable') if shares[a] >= 0.1]
-    return 'you flew ' + ', '.join(f'{Action(a).name} {100 * shares[a]:.0f} %' for a in ranked)
+    ranked = [a for a in np.argsort(-shares, kind='stable') if shares[a] >= NAMED_SHARE]
+    moves = f'{counted(int(total.sum()), "move")} there'
+    if len(ranked) == 1:
+        return f'{moves}, {"all" if shares[ranked[0]] == 1.0 else "nearly all"} {Action(ranked[0]).name}'
+    return f'{moves}, split {WAYS[len(ranked)]}: ' + ', '.join(f'{Action(a).name} {100 * shares[a]:.0f} %' for a in ranked)
 
 
 def _would(greedy: Ints) -> str:
@@ -169,12 +174,3 @@ def _would(greedy: Ints) -> str:
     counts = np.bincount(greedy, minlength=N_ACTIONS)
     ranked = [Action(a).name for a in np.argsort(-counts, kind='stable') if counts[a]]
     return ranked[0] if len(ranked) == 1 else f'{ranked[0]}, in some cells {" or ".join(ranked[1:])}'
-
-
-def _why(taken: Ints, scarce: bool) -> str:
-    """Few visits or disagreement; the paper's F mixes the two."""
-    moves = int(taken.sum())
-    amount = f'{moves} move in all' if moves == 1 else f'{moves} moves in all'
-    if scarce:
-        return f'It is unsure because you were seldom there ({amount}).'
-    return f'It is unsure because your moves there disagree ({amount}).'

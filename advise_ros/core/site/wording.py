@@ -35,13 +35,13 @@ class Words(NamedTuple):
 
 
 ON_PURPOSE, BY_ACCIDENT = ('on-purpose', 'On purpose: keep out'), ('by-accident', 'By accident: fly through')
-RIGHT, YES, NO = ('keep-out', 'Right: keep out'), ('keep-out', 'Yes: keep out'), ('fly-through', 'No: fly through')
+YES, NO = ('keep-out', 'Yes: keep out'), ('fly-through', 'No: fly through')
 
 
 def words(grid: Grid, layer: int, cells: tuple[int, ...], taken: Ints, *, enters: bool) -> Words:
-    """E.g. 'On the way to waypoint 2 you always went round these 6 cells (columns 1-3, rows 0-1). On purpose?'.
+    """E.g. 'Flying to waypoint 2, you always avoided these 6 cells. On purpose? Columns 2-4, rows 1-2; 12 moves beside them.'.
 
-    Whatever the moves were, 'yes' means keep out.
+    The question itself has at most twelve words; what it is about follows. Whatever the moves were, 'yes' means keep out.
 
     Args:
         grid: the site and its route.
@@ -50,16 +50,22 @@ def words(grid: Grid, layer: int, cells: tuple[int, ...], taken: Ints, *, enters
         taken: (states, 4) moves flown.
         enters: the drone would fly through them now.
     """
-    way, moves = f'On the way to waypoint {layer + 1}', seen(grid, layer, cells, taken)
-    area, them = f'{_these(len(cells))} ({place(grid, cells)})', 'it' if len(cells) == 1 else 'them'
-    if not moves.into and moves.beside >= MOVES_BESIDE:
-        return Words(f'{way} you always went round {area}. On purpose?', ON_PURPOSE, BY_ACCIDENT)
+    way, moves, them = f'Flying to waypoint {layer + 1}', seen(grid, layer, cells, taken), 'it' if len(cells) == 1 else 'them'
+    where = place(grid, cells).capitalize()
+    if always_avoided(moves):
+        short = f'{way}, you always avoided {these(len(cells))}. On purpose?'
+        return Words(f'{short} {where}; {counted(moves.beside, "move")} beside {them}.', ON_PURPOSE, BY_ACCIDENT)
+    short = f'{way}: should I keep out of {these(len(cells))}?'
     if moves.into:
-        counted = f'you flew into {area} {times(moves.into)} and past {them} {times(moves.beside)}'
-        return Words(f'{way} {counted}. Should I keep out?', YES, NO)
-    if enters:
-        return Words(f'{way} you were never near {area}, and I would fly through {them}. Should I keep out?', YES, NO)
-    return Words(f'{way} you were never near {area}, and I would go round {them}. Right?', RIGHT, NO)
+        flown = f'you flew into {them} {times(moves.into)} and past {them} {times(moves.beside)}'
+    else:
+        flown = f'you were never near {them}; I would {"fly through" if enters else "go round"} {them}'
+    return Words(f'{short} {where}; {flown}.', YES, NO)
+
+
+def always_avoided(moves: Seen) -> bool:
+    """The person went past often enough, and never in."""
+    return not moves.into and moves.beside >= MOVES_BESIDE
 
 
 def seen(grid: Grid, layer: int, cells: tuple[int, ...], taken: Ints) -> Seen:
@@ -74,8 +80,8 @@ def seen(grid: Grid, layer: int, cells: tuple[int, ...], taken: Ints) -> Seen:
 
 
 def place(grid: Grid, cells: tuple[int, ...]) -> str:
-    """E.g. 'columns 1-3, row 0'."""
-    columns, rows = np.array(cells) % grid.width, np.array(cells) // grid.width
+    """Cells as the axes of maps have them, counted from 1, e.g. 'columns 2-4, row 1'."""
+    columns, rows = np.array(cells) % grid.width + 1, np.array(cells) // grid.width + 1
     return f'{span("column", columns)}, {span("row", rows)}'
 
 
@@ -90,8 +96,14 @@ def listed(words: Sequence[str]) -> str:
     return f'{", ".join(words[:-1])} and {words[-1]}' if len(words) > 1 else words[0]
 
 
-def _these(number: int) -> str:
+def these(number: int) -> str:
+    """E.g. 'these 6 cells'."""
     return 'this cell' if number == 1 else f'these {number} cells'
+
+
+def counted(number: int, name: str) -> str:
+    """E.g. '3 moves'."""
+    return f'{number} {name}' if number == 1 else f'{number} {name}s'
 
 
 def times(number: int) -> str:

@@ -9,8 +9,9 @@ import pytest
 from std_srvs.srv import Trigger
 
 from advise_msgs.srv import AnswerQuery, PreviewAnswer
-from advise_ros.console import request_check, views
+from advise_ros.console import request_check, views, wording
 from advise_ros.console.board import Board, newer
+from advise_ros.console.language import words
 from advise_ros.console.requests import reply_of
 from advise_ros.core.advice.advice import Answer, Verdict
 from advise_ros.core.errors import InputError
@@ -87,7 +88,8 @@ def test_the_log_marks_what_was_taken_back() -> None:
     shown = views.log_view([(given, 10**9), (other, 2 * 10**9), (taken_back, 3 * 10**9)])
     told = [(view['id'], view['entry'], view['retracted'], view['at']) for view in shown]
     assert told == [(1, 1, True, 1.0), (2, 2, False, 2.0)]
-    assert [views.in_words(view) for view in shown] == ['EAST, not WEST', 'skip']
+    assert [wording.given_in_words(words('en'), view) for view in shown] == ['EAST, not WEST', 'skipped']
+    assert wording.given_in_words(words('de'), shown[0]) == 'OST, nicht WEST'
 
 
 @pytest.mark.parametrize(('response', 'part'), [

@@ -26,7 +26,9 @@ def taken(*moves: tuple[int, int, int]) -> npt.NDArray[np.int64]:
 
 def test_who_always_went_round_is_asked_whether_on_purpose() -> None:
     said = words(GRID, 1, AREA, taken((SECOND + 8, EAST, 5), (SECOND + 9, EAST, 5)), enters=True)
-    assert said.question == 'On the way to waypoint 2 you always went round these 4 cells (columns 2-3, rows 2-3). On purpose?'
+    assert said.question == (
+        'Flying to waypoint 2, you always avoided these 4 cells. On purpose? Columns 3-4, rows 3-4; 10 moves beside them.'
+    )
     assert said.keep_out == ('on-purpose', 'On purpose: keep out')
     assert said.fly_through == ('by-accident', 'By accident: fly through')
 
@@ -35,21 +37,27 @@ def test_who_went_in_now_and_then_reads_how_often() -> None:
     moves = taken((SECOND + 8, NORTH, 2), (SECOND + 8, EAST, 17))
     said = words(GRID, 1, AREA, moves, enters=False)
     assert said.question == (
-        'On the way to waypoint 2 you flew into these 4 cells (columns 2-3, rows 2-3) twice and past them 17 times. '
-        'Should I keep out?'
+        'Flying to waypoint 2: should I keep out of these 4 cells? '
+        'Columns 3-4, rows 3-4; you flew into them twice and past them 17 times.'
     )
     assert said.keep_out == ('keep-out', 'Yes: keep out')
     assert said.fly_through == ('fly-through', 'No: fly through')
 
 
-@pytest.mark.parametrize(('enters', 'end', 'yes'), [
-    (False, 'and I would go round it. Right?', 'Right: keep out'),
-    (True, 'and I would fly through it. Should I keep out?', 'Yes: keep out'),
-])
-def test_where_nobody_was_the_drone_says_what_it_would_do(enters: bool, end: str, yes: str) -> None:
+@pytest.mark.parametrize(('enters', 'does'), [(False, 'go round'), (True, 'fly through')])
+def test_where_nobody_was_the_drone_says_what_it_would_do(enters: bool, does: str) -> None:
     said = words(GRID, 0, (14,), taken((SECOND + 8, NORTH, 9), (8, EAST, 1)), enters=enters)
-    assert said.question == f'On the way to waypoint 1 you were never near this cell (column 2, row 2), {end}'
-    assert (said.keep_out[1], said.fly_through[1]) == (yes, 'No: fly through')
+    assert said.question == (
+        'Flying to waypoint 1: should I keep out of this cell? '
+        f'Column 3, row 3; you were never near it; I would {does} it.'
+    )
+    assert (said.keep_out[1], said.fly_through[1]) == ('Yes: keep out', 'No: fly through')
+
+
+def test_the_question_has_at_most_twelve_words() -> None:
+    for moves in (taken((SECOND + 8, EAST, 9)), taken((SECOND + 8, NORTH, 2)), taken()):
+        said = words(GRID, 1, AREA, moves, enters=True)
+        assert len(said.question.split('?')[0].split()) <= 12
 
 
 def test_moves_inside_count_neither_as_into_nor_as_beside() -> None:
@@ -58,4 +66,4 @@ def test_moves_inside_count_neither_as_into_nor_as_beside() -> None:
 
 
 def test_cells_are_named_by_columns_and_rows() -> None:
-    assert place(GRID, (0, 1, 2)) == 'columns 0-2, row 0'
+    assert place(GRID, (0, 1, 2)) == 'columns 1-3, row 1'
