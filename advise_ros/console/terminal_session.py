@@ -60,7 +60,6 @@ class TerminalSession:
         self.moment = -1
         self._grid: Mapping[str, Any] | None = None
         self._query: Mapping[str, Any] = {'id': 0, 'states': [], 'moments': [], 'options': []}
-        self._log: list[Mapping[str, Any]] = []
         self._pending: list[tuple[str, Promise[Reply]]] = []
         self._previewing: Promise[Reply] | None = None
 
@@ -84,7 +83,6 @@ class TerminalSession:
     # -- what is heard -----------------------------------------------------------------------
     def hear(self, sections: Mapping[str, Section]) -> None:
         """A new question clears the picks and shows its first map."""
-        self._log = sections['log'].value if 'log' in sections else []
         self._grid = sections['map'].value if 'map' in sections else None
         query = sections['query'].value if 'query' in sections else self._query
         if query['id'] != self._query['id']:
@@ -257,10 +255,11 @@ class TerminalSession:
     def _take_back(self) -> None:
         """Take back the earlier answer that the present picks contradict, else the newest that holds."""
         against = list(self.preview.get('contradicts', [])) if self.preview else []
-        held = [entry['id'] for entry in self._log if not entry['retracted']]
-        if against or held:
-            advice = (against or held)[-1]
+        if against:
+            advice = against[-1]
             self._begin(self.words.t('Take back answer {id}', id=advice), self._desk.act('retract', {'advice': advice}))
+        else:
+            self._begin(self.words.t('Take back'), self._desk.act('undo', {}))
 
     def _begin(self, what: str, promise: Promise[Reply]) -> None:
         self._pending.append((what, promise))

@@ -77,7 +77,7 @@ def test_the_keyboard_alone_does_everything(graph: Graph, learner: Learner, brow
     ben.press('Backspace')
     ben.shows('sentence', 'Choose the right direction.')
     ben.press('ArrowUp', 'o')
-    ben.shows('sentence', 'NORTH is right, not EAST, SOUTH and WEST.')
+    ben.shows('sentence', 'NORTH is right, not EAST, SOUTH, and WEST.')
     ben.press('Enter')
     assert list(entry(learner, 0).avoided) == [1, 2, 3]
     ben.asked(2)

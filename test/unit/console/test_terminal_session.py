@@ -169,12 +169,13 @@ def test_every_key_does_one_thing_and_is_in_the_help() -> None:
 
 
 def test_backspace_clears_and_takes_no_answer_back(seat: Seat) -> None:
-    entry = {'id': 4, 'entry': 1, 'retracted': False}
-    seat.board.put('log', [entry])
-    seat.sitting.hear(seat.board.sections)
     seat.type(b'l\x7f\x7f')
     assert seat.sitting.preferred == ()
     assert [name for name, _ in seat.desk.asked] == ['preview']
+    seat.type(b't')
+    assert seat.desk.asked[-1] == ('undo', {})
+    seat.type(b'l')
+    seat.sitting.preview = {'ok': True, 'contradicts': [2, 4]}
     seat.type(b't')
     assert seat.desk.asked[-1] == ('retract', {'advice': 4})
 
