@@ -36,7 +36,7 @@ from advise_ros.supervisor import Supervisor
 ARROWS = ('ArrowUp', 'ArrowRight', 'ArrowDown', 'ArrowLeft')
 PATIENCE_S = 60.0
 ADDRESS = re.compile(r'http://\S+token=\S+')
-PREVIEWED = "() => document.querySelector('[data-test=preview]')?.textContent.includes('expected')"
+PREVIEWED = "() => document.querySelector('[data-test=preview]')?.textContent.includes('waypoints')"
 ASKED = """(last) => {
   const found = document.querySelector('[data-test=status]')?.textContent.match(/question (\\d+)/);
   return found && Number(found[1]) > last ? Number(found[1]) : 0;

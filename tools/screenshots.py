@@ -1,12 +1,14 @@
 """Makes the pictures of the page in docs/images/ from a running graph: simulator, learner, policy, recorder, console.
 
     ./advise python tools/screenshots.py
+    ./advise python tools/screenshots.py --sizes DIR   # only the question at four sizes, light and dark, English and German, into DIR
 
 Needs chromium (make chromium). It splits, answers, previews and flies as one who knows the route, and takes about a minute.
 """
 
 from __future__ import annotations
 
+import argparse
 import re
 import shutil
 import tempfile
@@ -30,6 +32,7 @@ from advise_ros.supervisor import Supervisor
 IMAGES = Path(__file__).parent.parent / 'docs' / 'images'
 FLAGS = ('--headless', '--no-sandbox', '--disable-gpu', '--no-first-run', '--disable-background-networking', '--disable-sync')
 DESKTOP, PHONE = {'width': 1440, 'height': 900}, {'width': 390, 'height': 844}
+SIZES = {'notebook': (1280, 720), 'desktop': (1920, 1080), 'tablet': (820, 1180), 'phone': (390, 844)}
 PATIENCE_MS = 60_000
 PATIENCE_S = 120.0
 ANSWERS = 12
@@ -72,7 +75,7 @@ def save(page: Page, name: str) -> None:
 def previewed(page: Page, *keys: str) -> None:
     for key in keys:
         page.keyboard.press(key)
-    page.wait_for_function("() => document.querySelector('[data-test=preview]')?.textContent.includes('expected')")
+    page.wait_for_function("() => document.querySelector('[data-test=preview]')?.textContent.includes('waypoints')")
 
 
 def asks(page: Page, last: int) -> int:
@@ -117,9 +120,30 @@ def answering(page: Page, phone: Page, client: GraphClient, grid: Grid) -> None:
 def flying(page: Page, client: GraphClient) -> None:
     page.get_by_role('checkbox', name='unsure').check()
     client.take_off(PATIENCE_S)
-    page.get_by_role('button', name='Fly the policy').click()
+    page.get_by_role('button', name='Fly the policy').first.click()
     client.wait('the flight', lambda: client.flight is not None and client.flight.steps >= STEPS_FLOWN, PATIENCE_S)
     save(page, 'console-flying-dark')
+
+
+def at_every_size(browser: Browser, address: str, out: Path) -> None:
+    """The question with an answer tried out, as it is seen on four screens."""
+    out.mkdir(parents=True, exist_ok=True)
+    for name, (width, height) in SIZES.items():
+        for scheme in ('light', 'dark'):
+            for language in ('en', 'de'):
+                size = {'width': width, 'height': height}
+                context = browser.new_context(viewport=size, color_scheme=scheme, locale=language)
+                page = context.new_page()
+                page.set_default_timeout(PATIENCE_MS)
+                page.goto(address)
+                asks(page, 0)
+                page.locator('.compass').wait_for()
+                page.wait_for_function(f'() => {PAGE}.canTry')
+                page.keyboard.press('ArrowRight')
+                page.wait_for_function(f'() => {PAGE}.preview')
+                page.wait_for_timeout(500)
+                page.screenshot(path=out / f'{name}-{scheme}-{language}.png')
+                context.close()
 
 
 def pictures(browser: Browser, address: str, client: GraphClient, grid: Grid) -> None:
@@ -130,6 +154,9 @@ def pictures(browser: Browser, address: str, client: GraphClient, grid: Grid) ->
 
 
 def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument('--sizes', type=Path, metavar='DIR', help='only the question at four sizes, into DIR')
+    given = parser.parse_args()
     with tempfile.TemporaryDirectory() as scratch:
         chosen = options(Path(scratch))
         grid = load_grid(chosen.grid_file)
@@ -143,7 +170,10 @@ def main() -> None:
             console = graph.start_console()
             address = client.wait('the page', lambda: ADDRESS.search(console.log_path.read_text()), PATIENCE_S)[0]
             browser = playwright.chromium.launch(executable_path=shutil.which('chromium'), args=list(FLAGS))
-            pictures(browser, address, client, grid)
+            if given.sizes:
+                at_every_size(browser, address, given.sizes)
+            else:
+                pictures(browser, address, client, grid)
             browser.close()
             client.close()
 

@@ -49,7 +49,7 @@ def screen(
     parts += [Text(line, style='dim') for line in (asked['why'] if query['id'] and sitting.why else ())]
     if 'map' in shown:
         parts += _map_and_answer(shown, sitting, size)
-    parts += [Text(f'! {line}', style='bold red') for line in _troubles(shown, words)]
+    parts += [Text(f'! {line}', style='bold red' if fault else 'dim') for line, fault in _troubles(shown, words)]
     if sitting.note:
         parts.append(Text(sitting.note, style='bold'))
     if sitting.help:
@@ -113,14 +113,18 @@ def _standing(shown: Mapping[str, Any], words: Words) -> str:
     return str(learner['message'])
 
 
-def _troubles(shown: Mapping[str, Any], words: Words) -> list[str]:
-    """What nodes complain of, the guard's reason for a stop included."""
+def _troubles(shown: Mapping[str, Any], words: Words) -> list[tuple[str, bool]]:
+    """What nodes complain of, and whether it is a fault: what the guard says is one in a flight, not to a drone that hovers."""
+    flies = shown.get('flight', {}).get('phase') in ('flying', 'to start')
     bad = [node for node in shown.get('nodes', []) if node['level'] in ('error', 'silent') or _is_guard(node)]
     return [
-        f'{node["name"]}: '
-        + (words.t('silent; it said last: {text}', text=node['message']) if node['level'] == 'silent' else node['message'])
-        for node in bad
+        (f'{node["name"]}: {_last_words(node, words)}', flies or node['level'] != 'warn') for node in bad
     ]
+
+
+def _last_words(node: Mapping[str, Any], words: Words) -> str:
+    silent = node['level'] == 'silent'
+    return words.t('silent; it said last: {text}', text=node['message']) if silent else str(node['message'])
 
 
 def _is_guard(node: Mapping[str, Any]) -> bool:

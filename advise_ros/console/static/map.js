@@ -17,13 +17,14 @@ export default {
   created() {
     this.stroke = null;
     this.pointers = new Map();
+    this.moved = false; // By the person; else it follows the question, at any size.
     this.section = null; // {cell, x, y} [css px] while it is not the whole map.
     this.moving = { drone: null, track: [], cursor: -1, moment: null };
   },
   mounted() {
     this.basePainter = new Painter(this.$refs.base);
     this.overPainter = new Painter(this.$refs.over);
-    this.watcher = new ResizeObserver(() => this.repaint());
+    this.watcher = new ResizeObserver(() => (this.small || this.moved ? this.repaint() : this.follow()));
     this.watcher.observe(this.$refs.box);
     if (this.small) return;
     this.follow();
@@ -31,7 +32,7 @@ export default {
   unmounted() { this.watcher.disconnect(); },
   watch: {
     view(now, before) { if (!this.small && now?.layer !== before?.layer) this.follow(); else this.repaint(); },
-    map() { this.section = null; this.near = false; this.repaint(); },
+    map() { if (this.small) this.repaint(); else this.follow(); },
     dark() { this.repaint(); },
     cursor() { this.move(this.moving); },
   },
@@ -70,15 +71,17 @@ export default {
     here() { return this.section || this.basePainter.whole(this.map, ...this.room(), true); },
     zoom(factor, x = this.room()[0] / 2, y = this.room()[1] / 2) {
       if (!this.map) return;
+      this.moved = true;
       const { cell, x: left, y: top } = this.here(), most = Math.max(this.fitted(), 150), size = Math.min(most, Math.max(this.fitted(), cell * factor));
       this.show({ cell: size, x: x - (x - left) * size / cell, y: y - (y - top) * size / cell });
     },
-    pan(dx, dy) { if (this.section) this.show({ ...this.section, x: this.section.x + dx, y: this.section.y + dy }); },
-    whole() { this.show(null); },
+    pan(dx, dy) { this.moved = true; if (this.section) this.show({ ...this.section, x: this.section.x + dx, y: this.section.y + dy }); },
+    whole() { this.moved = true; this.show(null); },
     // The whole map where its cells can be read, else the question's.
     follow(near = false) {
       const asked = [...(this.view?.asked.size ? this.view.asked : [])], [width, height] = this.map ? this.room() : [0, 0];
       if (!width || !height) return;
+      this.moved = false;
       if (!asked.length || (!near && this.fitted() >= READABLE)) return this.show(null);
       const columns = asked.map((cell) => cell % this.map.width), rows = asked.map((cell) => this.map.height - 1 - Math.floor(cell / this.map.width));
       const [west, east, north, south] = [Math.min(...columns), Math.max(...columns) + 1, Math.min(...rows), Math.max(...rows) + 1];

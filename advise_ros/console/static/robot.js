@@ -11,7 +11,7 @@ export default {
       <h2 id="robot-title">{{ t('Drone') }}</h2>
       <p class="state" data-test="vehicle">{{ vehicleText }}</p>
       <p class="state" v-if="flight && flight.phase !== 'idle'" data-test="flight"><b>{{ phase }}</b>: {{ flight.message || t('step {step} of {most}', { step: flight.steps, most: flight.budget }) }}</p>
-      <p class="state guard" v-if="guard" data-test="guard"><b>{{ t('Guard:') }}</b> {{ guard }}</p>
+      <p class="state" :class="{guard: inFlight}" v-if="guard" data-test="guard"><b>{{ t('Guard:') }}</b> {{ guard }}</p>
       <div class="row">
         <button type="button" :disabled="disabled" @click="$emit('act', 'takeoff')">{{ t('Take off') }}</button>
         <button type="button" :disabled="disabled" @click="$emit('act', 'fly')">{{ t('Fly the policy') }}</button>
@@ -50,6 +50,8 @@ export default {
       return phases[this.flight.phase] || this.flight.phase;
     },
     lost() { return this.vehicle && this.vehicle.connected && this.vehicle.in_air && this.vehicle.owner === 'others'; },
+    // What stops a flight is a fault; a drone that hovers and gets no commands is none.
+    inFlight() { return ['flying', 'to start'].includes(this.flight?.phase); },
     guard() { return this.message(['guard', 'mavlink_bridge'], (node) => node.level === 'warn' || node.level === 'error'); },
     recorder() { return this.message(['recorder'], () => true); },
   },

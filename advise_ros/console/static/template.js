@@ -1,6 +1,6 @@
 // The page's skeleton; texts come in by interpolation alone, so nothing that a person wrote is ever read as HTML.
 export default `
-<div class="console" :class="{dark}" :lang="language.code">
+<div class="console" :class="{dark, alarmed: alarm}" :lang="language.code">
   <header>
     <button type="button" class="hold" @click="act('hold')" :aria-label="t('Hold: stop the drone’s policy flight now (space bar)')"><span aria-hidden="true">⬣</span> {{ t('HOLD') }} <kbd>{{ t('Space') }}</kbd></button>
     <h1>advise</h1>
