@@ -1,7 +1,7 @@
 """Makes the pictures of the page in docs/images/ from a running graph: simulator, learner, policy, recorder, console.
 
     ./advise python tools/screenshots.py
-    ./advise python tools/screenshots.py --sizes DIR   # only the question at four sizes, light and dark, English and German, into DIR
+    ./advise python tools/screenshots.py --sizes DIR   # only the question: four sizes, light and dark, two languages
 
 Needs chromium (make chromium). It splits, answers, previews and flies as one who knows the route, and takes about a minute.
 """
