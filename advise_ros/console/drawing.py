@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from advise_ros.console.language import Words
+from advise_ros.console.language import Translator
 from advise_ros.core.grid.grid import ACTION_STEP
 
 
@@ -28,7 +28,7 @@ class Drawing:
         """Some cells are marked, and some are not."""
         return 0 < len(self.part) < len(self._asked)
 
-    def sentence(self, words: Words) -> str:
+    def sentence(self, words: Translator) -> str:
         """What is said so far."""
         if not self.part:
             return words.t('Mark the cells that go another way: arrows move, x marks. (a: the drone splits them, m ends)')

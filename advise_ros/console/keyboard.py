@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import NamedTuple
 
-from advise_ros.console.language import Words, mark
+from advise_ros.console.language import Translator, mark
 from advise_ros.core.grid.grid import Action
 
 # A terminal sends the arrows as ESC [ A or ESC O A, with Shift as ESC [ 1 ; 2 A, with Ctrl as ESC [ 1 ; 5 A; for terminals that
@@ -17,7 +17,7 @@ _ARROWS = (
 )
 
 
-class Key(NamedTuple):
+class KeyBinding(NamedTuple):
     """Keys of one meaning.
 
     Attributes:
@@ -33,32 +33,32 @@ class Key(NamedTuple):
     often: bool = False
 
 
-def _one(shown: str, typed: bytes, meant: str, text: str, *, often: bool = False) -> Key:
-    return Key(shown, {typed: meant}, text, often)
+def _one(shown: str, typed: bytes, meant: str, text: str, *, often: bool = False) -> KeyBinding:
+    return KeyBinding(shown, {typed: meant}, text, often)
 
 
 KEYS = (
     _one('Space', b' ', 'hold', mark('HOLD the drone'), often=True),
-    Key('y, n', {b'y': 'option 0', b'n': 'option 1'}, mark('first or second answer, at once'), often=True),
-    Key('arrows, h j k l', {
+    KeyBinding('y, n', {b'y': 'option 0', b'n': 'option 1'}, mark('first or second answer, at once'), often=True),
+    KeyBinding('arrows, h j k l', {
         **{lead + arrow: f'prefer {action}' for arrow, _, _, action in _ARROWS for lead in (b'\x1b[', b'\x1bO')},
         **{letter: f'prefer {action}' for _, letter, _, action in _ARROWS},
     }, mark('this direction is right (while you mark cells: move)'), often=True),
-    Key('Shift+arrows, H J K L', {
+    KeyBinding('Shift+arrows, H J K L', {
         **{b'\x1b[1;2' + arrow: f'avoid {action}' for arrow, _, _, action in _ARROWS},
         **{letter.upper(): f'avoid {action}' for _, letter, _, action in _ARROWS},
     }, mark('this direction is wrong')),
     _one('o', b'o', 'others', mark('all other directions are wrong')),
-    Key('Enter', {b'\r': 'send', b'\n': 'send'}, mark('send the directions or the marked cells'), often=True),
-    Key('Backspace', {b'\x7f': 'clear', b'\x08': 'clear'}, mark('clear what you picked')),
+    KeyBinding('Enter', {b'\r': 'send', b'\n': 'send'}, mark('send the directions or the marked cells'), often=True),
+    KeyBinding('Backspace', {b'\x7f': 'clear', b'\x08': 'clear'}, mark('clear what you picked')),
     _one('s', b's', 'skip', mark('skip this question'), often=True),
     _one('u', b'u', 'unsure', mark('I am unsure'), often=True),
     _one('m', b'm', 'mixed', mark('these cells differ: mark those that go another way')),
     _one('x', b'x', 'mark', mark('mark the cell under the cursor')),
     _one('a', b'a', 'split', mark('let the drone split the cells')),
     _one('t', b't', 'take back', mark('take back the answer that is contradicted, else the last one'), often=True),
-    Key('1-9', {str(layer).encode(): f'layer {layer - 1}' for layer in range(1, 10)}, mark('the map to this waypoint')),
-    Key('Ctrl+arrows, ( ) [ ]', {
+    KeyBinding('1-9', {str(layer).encode(): f'layer {layer - 1}' for layer in range(1, 10)}, mark('the map to this waypoint')),
+    KeyBinding('Ctrl+arrows, ( ) [ ]', {
         **{b'\x1b[1;5' + arrow: f'pan {action}' for arrow, _, _, action in _ARROWS},
         **{letter: f'pan {action}' for _, _, letter, action in _ARROWS},
     }, mark('move the map')),
@@ -70,12 +70,12 @@ KEYS = (
     _one('G', b'G', 'land', mark('land')), _one('R', b'R', 'record_start', mark('record a demonstration')),
     _one('S', b'S', 'record_stop', mark('stop recording')), _one('D', b'D', 'record_discard', mark('discard the recording')),
     _one('?', b'?', 'help', mark('all keys'), often=True),
-    Key('q', {b'q': 'quit', b'\x04': 'quit'}, mark('leave'), often=True),
+    KeyBinding('q', {b'q': 'quit', b'\x04': 'quit'}, mark('leave'), often=True),
 )
 SEQUENCES: Mapping[bytes, str] = MappingProxyType({typed: meant for key in KEYS for typed, meant in key.typed.items()})
 
 
-def help_text(words: Words, width: int = 26) -> str:
+def help_text(words: Translator, width: int = 26) -> str:
     """All keys, one a line."""
     return '\n'.join(f'  {key.shown:<{width}}{words.t(key.text)}' for key in KEYS)
 

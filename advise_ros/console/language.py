@@ -1,6 +1,6 @@
 """The texts of the page and of `ask` in the person's language: gettext catalogues, one a language, read by Babel.
 
-A text is its English wording. `Words.t('Your answer')` translates it; `{name}` in it is replaced by what is given under
+A text is its English wording. `Translator.t('Your answer')` translates it; `{name}` in it is replaced by what is given under
 that name. A new language is a file locale/CODE/LC_MESSAGES/advise_ros.po, nothing else; a text that it lacks stays English.
 """
 
@@ -38,7 +38,7 @@ def mark(text: str) -> str:
     return text
 
 
-class Words:
+class Translator:
     """Texts, numbers and times of day in one language.
 
     Attributes:
@@ -89,7 +89,7 @@ class Words:
 
 
 @cache
-def words(code: str) -> Words:
+def words(code: str) -> Translator:
     """The texts of a language.
 
     Raises:
@@ -97,7 +97,7 @@ def words(code: str) -> Words:
     """
     if code not in languages():
         raise InputError(f"language '{code}' is unknown; there are {', '.join(languages())}")
-    return Words(code)
+    return Translator(code)
 
 
 def of_browser(accepted: str, chosen: str = '') -> str:

@@ -13,7 +13,7 @@ from rich.text import Text
 from advise_ros.console import wording
 from advise_ros.console.board import Section
 from advise_ros.console.keyboard import KEYS, help_text
-from advise_ros.console.language import Words
+from advise_ros.console.language import Translator
 from advise_ros.console.terminal_session import TerminalSession
 from advise_ros.console.views import LEVELS
 from advise_ros.ros import calls
@@ -80,7 +80,7 @@ def _cell_width(grid: Mapping[str, Any]) -> int:
     return 5 if len(grid['waypoints']) < 10 else 6
 
 
-def _status(shown: Mapping[str, Any], words: Words) -> Text:
+def _status(shown: Mapping[str, Any], words: Translator) -> Text:
     query, learner, graph = shown.get('query'), shown.get('learner', {}), shown.get('graph', {})
     parts = ['advise', words.t('question {id}', id=query['id']) if query and query['id'] else words.t('no question')]
     parts.append(words.tn('{n} answer given', '{n} answers given', learner.get('answers', 0)))
@@ -97,7 +97,7 @@ def _status(shown: Mapping[str, Any], words: Words) -> Text:
     return out
 
 
-def _standing(shown: Mapping[str, Any], words: Words) -> str:
+def _standing(shown: Mapping[str, Any], words: Translator) -> str:
     """Where the learner stands while it asks nothing, and what to do next."""
     learner = shown.get('learner')
     if learner is None:
@@ -113,7 +113,7 @@ def _standing(shown: Mapping[str, Any], words: Words) -> str:
     return str(learner['message'])
 
 
-def _troubles(shown: Mapping[str, Any], words: Words) -> list[tuple[str, bool]]:
+def _troubles(shown: Mapping[str, Any], words: Translator) -> list[tuple[str, bool]]:
     """What nodes complain of, and whether it is a fault: what the guard says is one in a flight, not to a drone that hovers."""
     flies = shown.get('flight', {}).get('phase') in ('flying', 'to start')
     bad = [node for node in shown.get('nodes', []) if node['level'] in ('error', 'silent') or _is_guard(node)]
@@ -122,7 +122,7 @@ def _troubles(shown: Mapping[str, Any], words: Words) -> list[tuple[str, bool]]:
     ]
 
 
-def _last_words(node: Mapping[str, Any], words: Words) -> str:
+def _last_words(node: Mapping[str, Any], words: Translator) -> str:
     silent = node['level'] == 'silent'
     return words.t('silent; it said last: {text}', text=node['message']) if silent else str(node['message'])
 
@@ -333,7 +333,7 @@ def _reached(route: Sequence[int], grid: Mapping[str, Any], reaches: bool) -> in
     return int(route[-1] // (grid['width'] * grid['height']))
 
 
-def _log(shown: Mapping[str, Any], words: Words, latest: int) -> Text:
+def _log(shown: Mapping[str, Any], words: Translator, latest: int) -> Text:
     out = Text()
     for entry in reversed(shown.get('log', [])[-latest:]):
         gone, bought = f' ({words.t("taken back")})' if entry['retracted'] else '', _bought(shown, entry, words)
@@ -344,13 +344,13 @@ def _log(shown: Mapping[str, Any], words: Words, latest: int) -> Text:
     return out
 
 
-def _when(shown: Mapping[str, Any], entry: Mapping[str, Any], words: Words) -> str:
+def _when(shown: Mapping[str, Any], entry: Mapping[str, Any], words: Translator) -> str:
     """The wall's time of an answer, where it is known."""
     early = entry['entry'] <= shown.get('gains', {'since': 0})['since']
     return f', {words.clock(entry["at"])}' if 'at' in entry and not (early and entry.get('simulated')) else ''
 
 
-def _bought(shown: Mapping[str, Any], entry: Mapping[str, Any], words: Words) -> str:
+def _bought(shown: Mapping[str, Any], entry: Mapping[str, Any], words: Translator) -> str:
     """What an answer has changed, together with those that were learnt with it."""
     told = shown.get('gains', {'since': 0, 'gains': []})
     if entry['entry'] <= told['since']:

@@ -70,7 +70,7 @@ class Page(ui.element, component='static/console.js'):
         self.known = {} if given.get('again') else dict(self._at_start)
         self.run_method('welcome', str(given.get('line')))
 
-    def _words(self, given: dict[str, Any]) -> language.Words:
+    def _words(self, given: dict[str, Any]) -> language.Translator:
         """In the language that the page has now."""
         code = given.get('language')
         return language.words(code if code in language.languages() else language.ENGLISH)

@@ -10,7 +10,7 @@ from typing import Any
 from advise_ros.console import language, wording
 from advise_ros.console.board import Section
 from advise_ros.console.drawing import Drawing
-from advise_ros.console.language import Words, mark
+from advise_ros.console.language import Translator, mark
 from advise_ros.console.requests import Reply, RequestDispatcher
 from advise_ros.core.advice.advice import Verdict
 from advise_ros.core.grid.grid import ACTION_STEP, N_ACTIONS
@@ -47,7 +47,7 @@ class TerminalSession:
         over: the person has left.
     """
 
-    def __init__(self, desk: RequestDispatcher, name: str, words: Words | None = None) -> None:
+    def __init__(self, desk: RequestDispatcher, name: str, words: Translator | None = None) -> None:
         self._desk, self._name, self.words = desk, name, words or language.words(language.ENGLISH)
         self.pan: tuple[int, ...] = (0, 0)
         self.preferred: tuple[int, ...] = ()

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-from advise_ros.console.language import Words, mark
+from advise_ros.console.language import Translator, mark
 from advise_ros.core.advice.advice import Code, Meaning
 from advise_ros.core.grid.grid import Grid
 from advise_ros.core.numerics import Ints
@@ -28,17 +28,17 @@ REFUSALS = {
 }
 
 
-def names(words: Words, actions: Iterable[int]) -> str:
+def names(words: Translator, actions: Iterable[int]) -> str:
     """E.g. 'NORTH, EAST'."""
     return ', '.join(words.t(DIRECTIONS[action]) for action in actions)
 
 
-def cells(words: Words, number: int) -> str:
+def cells(words: Translator, number: int) -> str:
     """E.g. '3 cells'."""
     return words.tn('{n} cell', '{n} cells', number)
 
 
-def place(words: Words, grid: Grid, where: Sequence[int]) -> str:
+def place(words: Translator, grid: Grid, where: Sequence[int]) -> str:
     """Cells as the map's axes have them, counted from 1, e.g. 'columns 2-4, row 1'."""
     columns, rows = [cell % grid.width + 1 for cell in where], [cell // grid.width + 1 for cell in where]
     west, east, south, north = min(columns), max(columns), min(rows), max(rows)
@@ -49,13 +49,13 @@ def place(words: Words, grid: Grid, where: Sequence[int]) -> str:
     return f'{across}, {up}'
 
 
-def times(words: Words, number: int) -> str:
+def times(words: Translator, number: int) -> str:
     """E.g. 'twice'."""
     few = {0: words.t('never'), 1: words.t('once'), 2: words.t('twice')}
     return few.get(number) or words.tn('{n} time', '{n} times', number)
 
 
-def asked(words: Words, query: Mapping[str, Any], grid: Grid, taken: Ints) -> dict[str, Any]:
+def asked(words: Translator, query: Mapping[str, Any], grid: Grid, taken: Ints) -> dict[str, Any]:
     """The question in at most twelve words, the reasons for it, and head and tail of each answer of one gesture.
 
     Args:
@@ -81,7 +81,7 @@ def asked(words: Words, query: Mapping[str, Any], grid: Grid, taken: Ints) -> di
     return {'short': ways, 'why': [*why, words.t('The drone would fly: {shares}.', shares=shares)], 'options': []}
 
 
-def _flown(words: Words, taken: Sequence[int]) -> str:
+def _flown(words: Translator, taken: Sequence[int]) -> str:
     """What was counted, e.g. '39 moves there, split four ways: ...'."""
     total = sum(taken)
     if not total:
@@ -97,7 +97,7 @@ def _flown(words: Words, taken: Sequence[int]) -> str:
     )
 
 
-def _site(words: Words, query: Mapping[str, Any], grid: Grid, taken: Ints) -> dict[str, Any]:
+def _site(words: Translator, query: Mapping[str, Any], grid: Grid, taken: Ints) -> dict[str, Any]:
     layer, disputed = grid.next_waypoint(query['states'][0]), tuple(query['disputed'])
     moves, number, to = seen(grid, layer, disputed, taken), len(disputed), words.t('waypoint {n}', n=layer + 1)
     on_purpose = query['options'][0]['word'] == ON_PURPOSE[0]
@@ -125,7 +125,7 @@ def _site(words: Words, query: Mapping[str, Any], grid: Grid, taken: Ints) -> di
     return {'short': short, 'why': [where, flown], 'options': labels}
 
 
-def reply_in(words: Words, reply: Mapping[str, Any]) -> dict[str, Any]:
+def reply_in(words: Translator, reply: Mapping[str, Any]) -> dict[str, Any]:
     """A reply with its message in the person's language, where it has a code of ours or a text of the console's own."""
     text = REFUSALS.get(reply.get('code', Code.OK)) if not reply['ok'] else None
     if text is not None:
@@ -136,7 +136,7 @@ def reply_in(words: Words, reply: Mapping[str, Any]) -> dict[str, Any]:
     return dict(reply)
 
 
-def given_in_words(words: Words, entry: Mapping[str, Any]) -> str:
+def given_in_words(words: Translator, entry: Mapping[str, Any]) -> str:
     """An answer of the log, e.g. 'NORTH, EAST, not SOUTH'."""
     others = (
         '', words.t('skipped'), words.t('unsure'), words.t('these cells differ'),

@@ -51,7 +51,7 @@ export default {
     },
     lost() { return this.vehicle && this.vehicle.connected && this.vehicle.in_air && this.vehicle.owner === 'others'; },
     // What stops a flight is a fault; a drone that hovers and gets no commands is none.
-    inFlight() { return ['flying', 'to start'].includes(this.flight?.phase); },
+    inFlight() { return /^(flying|to start)$/.test(this.flight?.phase); },
     guard() { return this.message(['guard', 'mavlink_bridge'], (node) => node.level === 'warn' || node.level === 'error'); },
     recorder() { return this.message(['recorder'], () => true); },
   },

@@ -12,7 +12,7 @@ from types import ModuleType
 
 import pytest
 
-from advise_ros.console.language import LOCALE, Words, languages, of_browser, of_terminal, words
+from advise_ros.console.language import LOCALE, Translator, languages, of_browser, of_terminal, words
 from advise_ros.core.errors import InputError
 from support.setting_up import ROOT
 
@@ -80,14 +80,14 @@ def test_an_unknown_language_is_named() -> None:
 
 
 def test_english_needs_no_catalogue() -> None:
-    assert not Words('en').texts
+    assert not Translator('en').texts
 
 
 # -- no text beside the function ----------------------------------------------------------------------
 STATIC = LOCALE.parent / 'static'
 TEMPLATES = re.compile(r'`\s*(<.*?)`', re.DOTALL)
 TRANSLATED = re.compile(r'\b(?:t|tn|mark)\((?:[^()]|\((?:[^()]|\([^()]*\))*\))*\)')
-# Words of a sentence, rather than names in a program.
+# Translator of a sentence, rather than names in a program.
 SENTENCE = re.compile(r"'[^'\n]*[A-Za-z]{2,}[ ,]+[a-z]{2,}[^'\n]*'")
 READ_OUT = ('aria-label', 'placeholder', 'title', 'alt')
 # The product's name, and a key's sign.
