@@ -8,7 +8,9 @@ NODES = (
     'advise', 'console', 'expert', 'guard', 'logger', 'mavlink_bridge', 'pilot', 'policy', 'recorder',
     'simulator', 'teleop',
 )
-COMMANDS = ('answer', 'ask', 'demo', 'discretise', 'experiments', 'fly', 'fly_check', 'recover', 'replay', 'site_map')
+COMMANDS = (
+    'answer', 'ask', 'demo', 'discretise', 'experiments', 'fly', 'fly_check', 'grid', 'recover', 'replay', 'route', 'site_map',
+)
 
 setup(
     name='advise_ros',

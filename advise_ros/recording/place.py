@@ -68,6 +68,16 @@ class Place:
             )
         return self.turned(found)
 
+    def on_earth(self, positions_m: Floats) -> Floats:
+        """Latitudes and longitudes [deg] (n, 2) of positions (n, 2) along the grid's axes: the way back of `positions`."""
+        from pymap3d import enu2geodetic  # noqa: PLC0415  most grids have no place
+
+        heading = np.deg2rad(self.heading_deg)
+        x, y = np.asarray(positions_m, dtype=np.float64).T
+        east, north = x * np.cos(heading) + y * np.sin(heading), y * np.cos(heading) - x * np.sin(heading)
+        latitudes, longitudes, _ = enu2geodetic(east, north, 0.0, self.latitude_deg, self.longitude_deg, 0.0)
+        return np.column_stack([latitudes, longitudes])
+
     def fixes(self, fixes: Floats) -> tuple[Floats, float]:
         """Positions of a satellite receiver, whose altitudes are above the ellipsoid or the sea.
 

@@ -6,7 +6,7 @@ import numpy as np
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from advise_ros.config import SimulatorConfig
-from advise_ros.sim import failsafe, parameters, setpoints
+from advise_ros.sim import failsafe, missions, parameters, setpoints
 from advise_ros.sim.autopilot import ACCEPTED, DENIED, Autopilot, Message, ReceivedCommand, ack, integer
 from advise_ros.sim.failsafe import GROUND_STATION_SYSTEM_ID, GroundStationFailsafe
 from advise_ros.sim.geography import metres_from_degrees
@@ -26,6 +26,8 @@ FENCE_ACTIONS = {1: Mode.RTL, 2: Mode.LAND, 3: Mode.RTL, 4: Mode.BRAKE}
 
 class ArduCopter(Autopilot):
     """ArduCopter as a companion sees it."""
+
+    mission_manners = missions.ARDUPILOT
 
     def __init__(self, config: SimulatorConfig, rng: np.random.Generator) -> None:
         super().__init__(SimulatedVehicle(config, rng), parameters.of_arducopter(config), config.system_id)

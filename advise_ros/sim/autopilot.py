@@ -9,7 +9,10 @@ from typing import Any, ClassVar, NamedTuple
 
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
+from advise_ros.core.units import NS
 from advise_ros.sim import telemetry
+from advise_ros.sim.geography import latitude_longitude_e7
+from advise_ros.sim.missions import MissionManners, MissionStore
 from advise_ros.sim.parameters import AutopilotParameters
 from advise_ros.sim.setpoints import Setpoint
 from advise_ros.sim.streams import Streams
@@ -54,6 +57,7 @@ class Autopilot(ABC):
 
     # The result of a request that the vehicle does not take now.
     refusal = FAILED
+    mission_manners: ClassVar[MissionManners]
     builders: ClassVar[Mapping[int, Callable[[Any], Message | None]]] = telemetry.BUILDERS
 
     def __init__(self, vehicle: SimulatedVehicle, parameters: AutopilotParameters, system_id: int) -> None:
@@ -64,6 +68,7 @@ class Autopilot(ABC):
         self._asking = self._channels[0]
         self._text_id = 0
         self._reboots = False
+        mission = MissionStore(self.mission_manners, latitude_longitude_e7((0.0, 0.0, 0.0)), lambda: self.vehicle.now_ns / NS)
         self._handlers: dict[str, Callable[[Message], list[Message]]] = {
             'COMMAND_LONG': self._on_command_long,
             'COMMAND_INT': self._on_command_int,
@@ -73,6 +78,7 @@ class Autopilot(ABC):
             'PARAM_REQUEST_READ': lambda message: self._parameters.read(message.param_id, message.param_index),
             'PARAM_SET': self._on_param_set,
             'TIMESYNC': self._on_timesync,
+            **mission.handlers(),
         }
         self._commands: dict[int, Callable[[ReceivedCommand], tuple[int, list[Message]]]] = {
             mavlink.MAV_CMD_COMPONENT_ARM_DISARM: self._arm_disarm,

@@ -8,7 +8,7 @@ import numpy as np
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from advise_ros.config import SimulatorConfig
-from advise_ros.sim import failsafe, parameters, px4_telemetry, setpoints
+from advise_ros.sim import failsafe, missions, parameters, px4_telemetry, setpoints
 from advise_ros.sim.autopilot import (
     ACCEPTED,
     DENIED,
@@ -35,6 +35,7 @@ class SimulatedPx4(Autopilot):
 
     refusal = REJECTED
     builders = px4_telemetry.BUILDERS
+    mission_manners = missions.PX4
 
     def __init__(self, config: SimulatorConfig, rng: np.random.Generator) -> None:
         self._px4 = Px4Vehicle(config, rng)

@@ -1,0 +1,64 @@
+"""Waypoint files ("QGC WPL 110"), as Mission Planner, mavproxy and MAVROS write them; pymavlink reads and writes them.
+
+https://mavlink.io/en/file_formats/
+"""
+
+from __future__ import annotations
+
+import math
+import tempfile
+from pathlib import Path
+
+from pymavlink import mavwp
+
+from advise_ros.core.errors import InputError
+from advise_ros.mavlink.messages import dialect
+from advise_ros.missions.items import OF_THE_SEA, WAYPOINT, MissionItem, items_of, waypoints_of
+from advise_ros.missions.mission import Mission, Position
+
+
+def read_waypoints(path: Path) -> Mission:
+    """The mission of a waypoint file, whose first item is home.
+
+    Raises:
+        InputError: it is none; without the file's name.
+    """
+    loader = mavwp.MAVWPLoader()
+    try:
+        count = loader.load(str(path))
+    except (mavwp.MAVWPError, ValueError, IndexError, UnicodeDecodeError) as problem:
+        raise InputError(f'it is no sound waypoint file ({problem}); save it again') from None
+    items = [_item(loader.wp(index)) for index in range(count)]
+    if not items:
+        return Mission(())
+    first = items[0]
+    home = Position(first.latitude_deg, first.longitude_deg, first.height_m) if first.frame in OF_THE_SEA else None
+    numbered = list(enumerate(items))[1 if home else 0 :]
+    waypoints, notes = waypoints_of(numbered, home.height_m if home else None)
+    known = home if home and (home.latitude_deg or home.longitude_deg) else None
+    return Mission(waypoints, home=known._replace(height_m=0.0) if known else None, notes=tuple(notes))
+
+
+def _item(wp: object) -> MissionItem:
+    values = {name: getattr(wp, name) for name in ('command', 'frame', 'param1', 'param2', 'param3', 'param4', 'x', 'y', 'z')}
+    params = tuple(float(values[f'param{index}']) for index in range(1, 5))
+    return MissionItem(int(values['command']), int(values['frame']), params, *(float(values[name]) for name in 'xyz'))
+
+
+def write_waypoints(mission: Mission) -> str:
+    """Home, take-off and the waypoints at their heights above it; areas have no place in such a file."""
+    home = mission.home or mission.waypoints[0]
+    loader = mavwp.MAVWPLoader()
+    none = (0.0, 0.0, 0.0, 0.0)
+    first = MissionItem(WAYPOINT, OF_THE_SEA[0], none, home.latitude_deg, home.longitude_deg, 0.0)
+    for item in (first, *items_of(mission.waypoints)):
+        place = (item.latitude_deg, item.longitude_deg, item.height_m)
+        if not all(map(math.isfinite, place)):
+            raise InputError(f'the route has a place that is no number: {place}')
+        loader.add(dialect.MAVLink_mission_item_message(
+            0, 0, loader.count(), item.frame, item.command, int(item is first), 1, *item.params, *place,
+        ))
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / 'route.waypoints'
+        loader.save(str(file))
+        return file.read_text(encoding='ascii')
