@@ -15,7 +15,7 @@ from advise_ros.core.grid.grid import Grid
 from advise_ros.exits import INTERRUPTED, OK, VERDICT_NO, fail
 from advise_ros.missions.files import WRITERS, write_mission
 from advise_ros.missions.from_grid import cells_flown, mission_of
-from advise_ros.missions.mission import Mission
+from advise_ros.missions.mission import FlightMission
 from advise_ros.missions.upload import UploadError, upload
 from advise_ros.recording.gridfile import load_grid, load_place
 from advise_ros.recording.messages import Bag
@@ -34,6 +34,8 @@ The grid file must say where it lies on the earth (origin_wgs84). Forms of --out
 upload sends the route by MAVLink's mission protocol: it clears the vehicle's mission, sends take-off and the waypoints, reads
 them back and compares. It starts nothing and changes no mode; it refuses while the vehicle flies a mission. Nothing else of
 ours may use the same link meanwhile.
+
+Next: fly it from the tool that reads the file, or set the vehicle's mode to its mission, with a pilot beside it.
 
 exit code: 0 done; 1 the vehicle did not take it, or not as it was sent; 2 wrong usage or input; 130 interrupted"""
 
@@ -61,7 +63,7 @@ def run(argv: Sequence[str]) -> int:
     return OK
 
 
-def _mission(options: argparse.Namespace, argv: Sequence[str]) -> Mission:
+def _mission(options: argparse.Namespace, argv: Sequence[str]) -> FlightMission:
     grid, place = load_grid(options.grid), load_place(options.grid)
     if place is None:
         raise InputError(

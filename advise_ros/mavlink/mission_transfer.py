@@ -73,6 +73,7 @@ class MissionTransfer:
         self._target, self._items, self._own_first = target, tuple(items), own_first
         self.phase, self.failure, self.sent = Phase.CLEAR, '', 0
         self._read: list[WireItem] = []
+        self._accepted_early = False
         self._tries, self._due_s = 0, 0.0
         self._out: list[Message] = []
         self._handlers: dict[str, Callable[[Message], None]] = {
@@ -110,6 +111,8 @@ class MissionTransfer:
         """What is said again until there is a reply."""
         if self.phase is Phase.CLEAR:
             return dialect.MAVLink_mission_clear_all_message(*self._target, MISSION)
+        if self.phase is Phase.SEND and self._accepted_early:
+            self._enter(Phase.COUNT)
         if self.phase is Phase.SEND:  # The last item again, if one was sent: it, or the next request, was lost.
             return self._item(self.sent - 1) if self.sent else self._count()
         if self.phase is Phase.COUNT:
@@ -139,11 +142,13 @@ class MissionTransfer:
                 self._enter(Phase.SEND)
             else:
                 self._fail(f'it does not clear its mission ({_result(message.type)})')
-        elif self.phase is Phase.SEND and (message.type != ACCEPTED or self.sent == len(self._items)):
-            if message.type == ACCEPTED:
-                self._enter(Phase.COUNT)
-            else:
+        elif self.phase is Phase.SEND:
+            if message.type != ACCEPTED:
                 self._fail(f'it refuses item {self.sent} of {len(self._items)} ({_result(message.type)}); do not fly its mission')
+            elif self.sent == len(self._items):
+                self._enter(Phase.COUNT)
+            else:  # That of the clearing, late; or it counts less items than were sent, and asks for no more.
+                self._accepted_early = self.sent > 0
 
     def _on_request(self, message: Message) -> None:
         if self.phase is not Phase.SEND:
@@ -151,7 +156,7 @@ class MissionTransfer:
         if not 0 <= message.seq < len(self._items):
             self._fail(f'it asks for item {message.seq} of {len(self._items)}: an earlier upload is in its way; try again')
             return
-        self.sent = max(self.sent, message.seq + 1)
+        self.sent, self._accepted_early = max(self.sent, message.seq + 1), False
         self._out.append(self._item(message.seq))
 
     def _on_count(self, message: Message) -> None:

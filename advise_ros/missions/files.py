@@ -8,7 +8,7 @@ from pathlib import Path
 from advise_ros.core.errors import InputError
 from advise_ros.missions.geojson_file import read_geojson, write_geojson
 from advise_ros.missions.kml_file import MOST_BYTES, ZIP, read_kml, write_kml
-from advise_ros.missions.mission import Mission
+from advise_ros.missions.mission import FlightMission
 from advise_ros.missions.plan_file import read_plan, write_plan
 from advise_ros.missions.waypoint_file import read_waypoints, write_waypoints
 
@@ -16,7 +16,7 @@ WRITERS = {'.plan': write_plan, '.waypoints': write_waypoints, '.kml': write_kml
 KNOWN = "QGroundControl's .plan, .waypoints (QGC WPL), .kml, .kmz and .geojson"
 
 
-def read_mission(path: str | Path) -> Mission:
+def read_mission(path: str | Path) -> FlightMission:
     """The mission in a file of another tool.
 
     Raises:
@@ -33,7 +33,7 @@ def read_mission(path: str | Path) -> Mission:
         raise InputError(f'{path}: {problem}') from problem
 
 
-def _read(file: Path, data: bytes) -> Mission:
+def _read(file: Path, data: bytes) -> FlightMission:
     if len(data) > MOST_BYTES:
         raise InputError(f'it has {len(data) / 1e6:.0f} MB; that is no route')
     if data.startswith(b'QGC WPL'):
@@ -57,7 +57,7 @@ def _read(file: Path, data: bytes) -> Mission:
     return read_geojson(text)
 
 
-def write_mission(mission: Mission, path: str | Path) -> None:
+def write_mission(mission: FlightMission, path: str | Path) -> None:
     """Write a mission in the form that the file's name ends with.
 
     Raises:

@@ -9,7 +9,7 @@ import numpy as np
 
 from advise_ros.core.errors import InputError
 from advise_ros.core.grid.grid import Grid
-from advise_ros.missions.mission import Mission, Position
+from advise_ros.missions.mission import EarthPosition, FlightMission
 from advise_ros.recording.place import Place
 
 
@@ -38,7 +38,7 @@ def cells_flown(grid: Grid, greedy: Sequence[int], start_cell: int | None = None
     return cells
 
 
-def mission_of(grid: Grid, place: Place, cells: Sequence[int], *, every_cell: bool = False) -> Mission:
+def mission_of(grid: Grid, place: Place, cells: Sequence[int], *, every_cell: bool = False) -> FlightMission:
     """The route as a mission at the grid's altitude; home is where it begins, the grid's border and blocked cells are areas.
 
     Args:
@@ -52,7 +52,7 @@ def mission_of(grid: Grid, place: Place, cells: Sequence[int], *, every_cell: bo
     (x, y), width_m, height_m = grid.origin_enu_m, grid.width * grid.resolution_m, grid.height * grid.resolution_m
     border = _positions(place, [(x, y), (x + width_m, y), (x + width_m, y + height_m), (x, y + height_m)], None)
     blocked = tuple(_square(grid, place, cell) for cell in grid.blocked)
-    return Mission(waypoints, (border,), blocked, waypoints[0]._replace(height_m=0.0))
+    return FlightMission(waypoints, (border,), blocked, waypoints[0]._replace(height_m=0.0))
 
 
 def _corners(grid: Grid, cells: Sequence[int]) -> list[int]:
@@ -67,12 +67,12 @@ def _corners(grid: Grid, cells: Sequence[int]) -> list[int]:
     return kept
 
 
-def _square(grid: Grid, place: Place, cell: int) -> tuple[Position, ...]:
+def _square(grid: Grid, place: Place, cell: int) -> tuple[EarthPosition, ...]:
     (x, y), half_m = grid.centre_enu_m(cell), grid.resolution_m / 2.0
     corners = [(x - half_m, y - half_m), (x + half_m, y - half_m), (x + half_m, y + half_m), (x - half_m, y + half_m)]
     return _positions(place, corners, None)
 
 
-def _positions(place: Place, at_m: Sequence[tuple[float, float]], height_m: float | None) -> tuple[Position, ...]:
+def _positions(place: Place, at_m: Sequence[tuple[float, float]], height_m: float | None) -> tuple[EarthPosition, ...]:
     on_earth = place.on_earth(np.array(at_m, dtype=np.float64))
-    return tuple(Position(float(latitude), float(longitude), height_m) for latitude, longitude in on_earth)
+    return tuple(EarthPosition(float(latitude), float(longitude), height_m) for latitude, longitude in on_earth)

@@ -2,24 +2,24 @@
 
 from __future__ import annotations
 
+import json
 from typing import Any
 
 import geojson
 
 from advise_ros.core.errors import InputError
-from advise_ros.missions.mission import Mission
+from advise_ros.missions.mission import FlightMission
 from advise_ros.missions.shapes import Shape, mission_of, ring_coordinates, route_coordinates
 
 
-def read_geojson(text: str) -> Mission:
+def read_geojson(text: str) -> FlightMission:
     """The lines, points and areas of a file; the property `name` is their name.
 
     Raises:
         InputError: it is none; without the file's name.
     """
     try:
-        document: Any = geojson.loads(text)
-        found = _shapes(document, '')
+        found = _shapes(json.loads(text), '')
     except (ValueError, TypeError, KeyError, AttributeError, IndexError) as problem:
         raise InputError(f'it is no sound GeoJSON ({problem}); save it again') from None
     return mission_of(found)
@@ -36,7 +36,7 @@ def _shapes(thing: Any, name: str) -> list[Shape]:
     single = kind.removeprefix('Multi')
     if single not in ('Point', 'LineString', 'Polygon'):
         raise ValueError(f'type {kind!r} is unknown')
-    if problems := geojson.loads(geojson.dumps(thing)).errors():
+    if problems := geojson.loads(json.dumps(thing)).errors():  # It also rounds, so nothing but its judgement is taken.
         raise ValueError(f'{name or kind}: {problems}')
     parts = thing['coordinates'] if kind.startswith('Multi') else [thing['coordinates']]
     return [_shape(name, single, part) for part in parts]
@@ -54,7 +54,7 @@ def _shape(name: str, kind: str, part: Any) -> Shape:
     return Shape(name, kind, tuple(map(tuple, [part] if kind == 'Point' else part)))
 
 
-def write_geojson(mission: Mission) -> str:
+def write_geojson(mission: FlightMission) -> str:
     """The route as a line, its heights above the ground in property `height_m`, and the areas."""
     heights = [one.height_m or 0.0 for one in mission.waypoints]
     line = geojson.LineString([one[:2] for one in route_coordinates(mission)], precision=9)

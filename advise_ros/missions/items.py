@@ -1,4 +1,4 @@
-"""Mission items of MAVLink (MAV_CMD, MAV_FRAME), as .plan and .waypoints files hold them and vehicles are sent them.
+"""FlightMission items of MAVLink (MAV_CMD, MAV_FRAME), as .plan and .waypoints files hold them and vehicles are sent them.
 
 https://mavlink.io/en/messages/common.html#mav_commands
 """
@@ -10,7 +10,7 @@ from collections.abc import Iterable
 from typing import NamedTuple
 
 from advise_ros.mavlink.messages import dialect
-from advise_ros.missions.mission import Position
+from advise_ros.missions.mission import EarthPosition
 
 WAYPOINT, TAKE_OFF = int(dialect.MAV_CMD_NAV_WAYPOINT), int(dialect.MAV_CMD_NAV_TAKEOFF)
 # Commands that are flown to; a vehicle also stays a while at some of them, or passes on a curve.
@@ -49,14 +49,14 @@ def name_of(command: int) -> str:
     return str(known.name).removeprefix('MAV_CMD_').removeprefix('NAV_') if known else f'command {command}'
 
 
-def waypoints_of(items: Iterable[tuple[int, MissionItem]], home_m: float | None) -> tuple[tuple[Position, ...], list[str]]:
+def waypoints_of(items: Iterable[tuple[int, MissionItem]], home_m: float | None) -> tuple[tuple[EarthPosition, ...], list[str]]:
     """The places that are flown to, and one sentence on each item that is something else.
 
     Args:
         items: each with its number in the file.
         home_m: height of home above the sea, where it is known.
     """
-    found: list[Position] = []
+    found: list[EarthPosition] = []
     notes: list[str] = []
     for number, item in items:
         if item.command not in FLOWN_TO:
@@ -64,7 +64,7 @@ def waypoints_of(items: Iterable[tuple[int, MissionItem]], home_m: float | None)
         elif not _is_a_place(item):
             notes.append(f'item {number} ({name_of(item.command)}) names no place and was not read')
         else:
-            found.append(Position(item.latitude_deg, item.longitude_deg, _height(item, home_m)))
+            found.append(EarthPosition(item.latitude_deg, item.longitude_deg, _height(item, home_m)))
             if FLOWN_TO[item.command]:
                 notes.append(f'item {number}: only the place was read, not the {FLOWN_TO[item.command]} there')
     return tuple(found), notes
@@ -84,7 +84,7 @@ def _height(item: MissionItem, home_m: float | None) -> float | None:
     return None if home_m is None else item.height_m - home_m
 
 
-def items_of(route: Iterable[Position]) -> list[MissionItem]:
+def items_of(route: Iterable[EarthPosition]) -> list[MissionItem]:
     """Take-off at the first place, and then each of them, at their heights above home."""
     places = list(route)
     return [

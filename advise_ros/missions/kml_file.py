@@ -5,6 +5,7 @@ from __future__ import annotations
 import zipfile
 from io import BytesIO
 from typing import Any
+from xml.parsers import expat
 
 from fastkml import KML, Document, Placemark
 from fastkml.enums import AltitudeMode
@@ -13,7 +14,7 @@ from fastkml.utils import find_all
 from pygeoif import geometry
 
 from advise_ros.core.errors import InputError
-from advise_ros.missions.mission import Mission
+from advise_ros.missions.mission import FlightMission
 from advise_ros.missions.shapes import Shape, mission_of, ring_coordinates, route_coordinates
 
 # No map drawn by hand is larger; a packed one could unpack to any size.
@@ -21,7 +22,7 @@ MOST_BYTES = 50_000_000
 ZIP = b'PK\x03\x04'
 
 
-def read_kml(data: bytes) -> Mission:
+def read_kml(data: bytes) -> FlightMission:
     """The lines, points and areas of a KML or KMZ file.
 
     Raises:
@@ -31,6 +32,7 @@ def read_kml(data: bytes) -> Mission:
     if b'<!ENTITY' in text:
         raise InputError('it defines entities of its own, which no map does; save it again')
     try:
+        expat.ParserCreate().Parse(text, True)  # fastkml takes what is whole of a file that is cut off, without a word.
         document = KML.parse(BytesIO(text), strict=False, validate=False)
         placemarks = list(find_all(document, of_type=Placemark))
         return mission_of([shape for placemark in placemarks for shape in _shapes(placemark)])
@@ -69,7 +71,7 @@ def _parts(name: str, shape: Any, *, of_ground: bool) -> list[Shape]:
     return [Shape(name, kind, tuple(shape.coords), of_ground)]
 
 
-def write_kml(mission: Mission) -> str:
+def write_kml(mission: FlightMission) -> str:
     """The route as a line, its heights above the ground, and the areas."""
     document = Document(name='route')
     line = LineString(

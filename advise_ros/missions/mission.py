@@ -9,7 +9,7 @@ from typing import NamedTuple
 KEEP_OUT = re.compile(r'keep.?out|exclu|no.?fly|forbid|restrict|sperr|verbot', re.IGNORECASE)
 
 
-class Position(NamedTuple):
+class EarthPosition(NamedTuple):
     """A place on the earth.
 
     Attributes:
@@ -23,10 +23,10 @@ class Position(NamedTuple):
 
 
 # Corners in order; the last is joined to the first.
-Ring = tuple[Position, ...]
+Ring = tuple[EarthPosition, ...]
 
 
-class Mission(NamedTuple):
+class FlightMission(NamedTuple):
     """What a file holds.
 
     Attributes:
@@ -37,10 +37,10 @@ class Mission(NamedTuple):
         notes: what the file holds beside that and what was not read, one sentence each.
     """
 
-    waypoints: tuple[Position, ...]
+    waypoints: tuple[EarthPosition, ...]
     stay_in: tuple[Ring, ...] = ()
     keep_out: tuple[Ring, ...] = ()
-    home: Position | None = None
+    home: EarthPosition | None = None
     notes: tuple[str, ...] = ()
 
 

@@ -12,7 +12,7 @@ from typing import Any
 
 from advise_ros.core.errors import InputError
 from advise_ros.missions.items import MissionItem, items_of, waypoints_of
-from advise_ros.missions.mission import Mission, Position, Ring
+from advise_ros.missions.mission import EarthPosition, FlightMission, Ring
 
 # A circle as a polygon of so many corners, around it.
 CORNERS = 24
@@ -22,7 +22,7 @@ ANY_AUTOPILOT, QUADROTOR = 0, 2
 SPEED_M_S = 2.0
 
 
-def read_plan(text: str) -> Mission:
+def read_plan(text: str) -> FlightMission:
     """The mission of a plan.
 
     Raises:
@@ -40,7 +40,7 @@ def read_plan(text: str) -> Mission:
         rally = (plan.get('rallyPoints') or {}).get('points') or ()
     except (ValueError, KeyError, TypeError, AttributeError, IndexError) as problem:
         raise InputError(f'it is no plan of QGroundControl ({type(problem).__name__}: {problem}); save it there again') from None
-    return Mission(
+    return FlightMission(
         waypoints, tuple(ring for inside, ring in areas if inside), tuple(ring for inside, ring in areas if not inside),
         home._replace(height_m=0.0) if home else None,
         (*notes, *said, *([f'{len(rally)} rally points were not read'] if rally else ())),
@@ -64,14 +64,15 @@ def _simple_items(items: Sequence[Any]) -> tuple[list[tuple[int, MissionItem]], 
     return found, notes
 
 
-def _position(values: Any) -> Position | None:
+def _position(values: Any) -> EarthPosition | None:
     if not values or values[0] is None or values[1] is None:
         return None
-    return Position(float(values[0]), float(values[1]), float(values[2]) if len(values) > 2 and values[2] is not None else None)
+    latitude, longitude, *height = values
+    return EarthPosition(float(latitude), float(longitude), float(height[0]) if height and height[0] is not None else None)
 
 
 def _ring(corners: Sequence[Sequence[float]]) -> Ring:
-    return tuple(Position(float(one[0]), float(one[1])) for one in corners)
+    return tuple(EarthPosition(float(one[0]), float(one[1])) for one in corners)
 
 
 def _around(circle: Any) -> Ring:
@@ -80,10 +81,10 @@ def _around(circle: Any) -> Ring:
     north_deg = math.degrees(radius_m / EARTH_M)
     east_deg = north_deg / math.cos(math.radians(latitude))
     angles = [2.0 * math.pi * corner / CORNERS for corner in range(CORNERS)]
-    return tuple(Position(latitude + north_deg * math.cos(a), longitude + east_deg * math.sin(a)) for a in angles)
+    return tuple(EarthPosition(latitude + north_deg * math.cos(a), longitude + east_deg * math.sin(a)) for a in angles)
 
 
-def write_plan(mission: Mission) -> str:
+def write_plan(mission: FlightMission) -> str:
     """A plan with take-off, the waypoints at their heights above home, and the areas as its fence."""
     items = items_of(mission.waypoints)
     home = mission.home or mission.waypoints[0]

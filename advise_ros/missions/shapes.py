@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from advise_ros.core.errors import InputError
-from advise_ros.missions.mission import Mission, Position, Ring, as_areas
+from advise_ros.missions.mission import EarthPosition, FlightMission, Ring, as_areas
 
 
 class Shape(NamedTuple):
@@ -27,7 +27,7 @@ class Shape(NamedTuple):
     holes: int = 0
 
 
-def mission_of(shapes: Sequence[Shape]) -> Mission:
+def mission_of(shapes: Sequence[Shape]) -> FlightMission:
     """The longest line is the route; without a line the points are, in their order. Areas are told apart by their names.
 
     Raises:
@@ -44,10 +44,10 @@ def mission_of(shapes: Sequence[Shape]) -> Mission:
     notes += [f"{one.holes} holes in area '{one.name}' were not read" for one in areas if one.holes]
     waypoints = _positions(route) if route is not None else tuple(position for one in points for position in _positions(one))
     stay_in, keep_out, said = as_areas([(one.name, _positions(one._replace(of_ground=False))) for one in areas])
-    return Mission(waypoints, stay_in, keep_out, notes=(*notes, *said))
+    return FlightMission(waypoints, stay_in, keep_out, notes=(*notes, *said))
 
 
-def _positions(shape: Shape) -> tuple[Position, ...]:
+def _positions(shape: Shape) -> tuple[EarthPosition, ...]:
     found = []
     for longitude, latitude, *height in shape.coordinates:
         if not (abs(latitude) <= 90 and abs(longitude) <= 180):
@@ -55,11 +55,11 @@ def _positions(shape: Shape) -> tuple[Position, ...]:
                 f"'{shape.name}' has the place longitude {longitude:g}, latitude {latitude:g}; "
                 'coordinates are WGS 84 degrees, longitude first'
             )
-        found.append(Position(latitude, longitude, float(height[0]) if shape.of_ground and height else None))
+        found.append(EarthPosition(latitude, longitude, float(height[0]) if shape.of_ground and height else None))
     return tuple(found)
 
 
-def route_coordinates(mission: Mission) -> list[tuple[float, float, float]]:
+def route_coordinates(mission: FlightMission) -> list[tuple[float, float, float]]:
     """(longitude, latitude, height) of each waypoint."""
     return [(one.longitude_deg, one.latitude_deg, one.height_m or 0.0) for one in mission.waypoints]
 

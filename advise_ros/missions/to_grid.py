@@ -14,7 +14,7 @@ from matplotlib.transforms import Bbox
 
 from advise_ros.core.errors import InputError, LogError
 from advise_ros.core.grid.grid import Grid
-from advise_ros.missions.mission import Mission, Position, Ring
+from advise_ros.missions.mission import EarthPosition, FlightMission, Ring
 from advise_ros.recording.place import Place
 
 Floats = npt.NDArray[np.float64]
@@ -47,7 +47,7 @@ class PlacedGrid(NamedTuple):
     notes: tuple[str, ...]
 
 
-def grid_of(mission: Mission, options: GridOptions) -> PlacedGrid:
+def grid_of(mission: FlightMission, options: GridOptions) -> PlacedGrid:
     """The grid of a mission: its waypoints in their cells, what may not be entered blocked.
 
     Raises:
@@ -91,7 +91,7 @@ def _trimmed(grid: Grid) -> Grid:
     return Grid(cell_m, width, height, origin, grid.altitude_m, moved(grid.waypoints), moved(grid.blocked))
 
 
-def _altitude(waypoints: tuple[Position, ...], asked: float | None, notes: list[str]) -> float:
+def _altitude(waypoints: tuple[EarthPosition, ...], asked: float | None, notes: list[str]) -> float:
     if asked is not None:
         return asked
     heights = Counter(round(one.height_m, 2) for one in waypoints if one.height_m is not None)
@@ -106,7 +106,7 @@ def _altitude(waypoints: tuple[Position, ...], asked: float | None, notes: list[
     return usual
 
 
-def _place(mission: Mission, heading_deg: float | None) -> Place:
+def _place(mission: FlightMission, heading_deg: float | None) -> Place:
     origin = mission.home or mission.waypoints[0]
     at = round(origin.latitude_deg, 7), round(origin.longitude_deg, 7)
     if heading_deg is not None:
@@ -120,7 +120,7 @@ def _place(mission: Mission, heading_deg: float | None) -> Place:
     return Place(*at, round((turn + 45.0) % 90.0 - 45.0, 2))
 
 
-def _on_grid(place: Place, positions: tuple[Position, ...] | Ring) -> Floats:
+def _on_grid(place: Place, positions: tuple[EarthPosition, ...] | Ring) -> Floats:
     """(n, 2) [m] along the grid's axes."""
     latitudes, longitudes = np.array([one[:2] for one in positions], dtype=np.float64).T
     try:

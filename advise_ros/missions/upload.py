@@ -11,7 +11,7 @@ from advise_ros.mavlink.companion import Companion, Settings, Status
 from advise_ros.mavlink.link import Link
 from advise_ros.mavlink.mission_transfer import MissionTransfer, WireItem
 from advise_ros.missions.items import OF_THE_SEA, WAYPOINT, MissionItem, items_of
-from advise_ros.missions.mission import Mission
+from advise_ros.missions.mission import FlightMission
 
 # Beside the bridge (191), the recorder (192) and fly_check (193).
 COMPONENT_ID = 194
@@ -27,7 +27,7 @@ class UploadError(AdviseError):
     """The vehicle did not take the mission, or not as it was sent."""
 
 
-def upload(mission: Mission, url: str, baud: int = 115200, say: Callable[[str], object] = lambda text: None) -> str:
+def upload(mission: FlightMission, url: str, baud: int = 115200, say: Callable[[str], object] = lambda text: None) -> str:
     """Send take-off and the waypoints to the vehicle at the other end of a link, read them back and compare.
 
     Args:
@@ -52,7 +52,7 @@ def upload(mission: Mission, url: str, baud: int = 115200, say: Callable[[str], 
 
 
 class _Upload:
-    def __init__(self, link: Link, mission: Mission) -> None:
+    def __init__(self, link: Link, mission: FlightMission) -> None:
         self._link, self._mission = link, mission
         self._companion = Companion(Settings(component_id=COMPONENT_ID))
         self._transfer: MissionTransfer | None = None

@@ -1,23 +1,20 @@
-"""Waypoint files ("QGC WPL 110"), as Mission Planner, mavproxy and MAVROS write them; pymavlink reads and writes them.
+"""Waypoint files ("QGC WPL 110"), as Mission Planner, mavproxy and MAVROS write them; pymavlink reads them.
 
 https://mavlink.io/en/file_formats/
 """
 
 from __future__ import annotations
 
-import math
-import tempfile
 from pathlib import Path
 
 from pymavlink import mavwp
 
 from advise_ros.core.errors import InputError
-from advise_ros.mavlink.messages import dialect
 from advise_ros.missions.items import OF_THE_SEA, WAYPOINT, MissionItem, items_of, waypoints_of
-from advise_ros.missions.mission import Mission, Position
+from advise_ros.missions.mission import EarthPosition, FlightMission
 
 
-def read_waypoints(path: Path) -> Mission:
+def read_waypoints(path: Path) -> FlightMission:
     """The mission of a waypoint file, whose first item is home.
 
     Raises:
@@ -30,13 +27,13 @@ def read_waypoints(path: Path) -> Mission:
         raise InputError(f'it is no sound waypoint file ({problem}); save it again') from None
     items = [_item(loader.wp(index)) for index in range(count)]
     if not items:
-        return Mission(())
+        return FlightMission(())
     first = items[0]
-    home = Position(first.latitude_deg, first.longitude_deg, first.height_m) if first.frame in OF_THE_SEA else None
+    home = EarthPosition(first.latitude_deg, first.longitude_deg, first.height_m) if first.frame in OF_THE_SEA else None
     numbered = list(enumerate(items))[1 if home else 0 :]
     waypoints, notes = waypoints_of(numbered, home.height_m if home else None)
     known = home if home and (home.latitude_deg or home.longitude_deg) else None
-    return Mission(waypoints, home=known._replace(height_m=0.0) if known else None, notes=tuple(notes))
+    return FlightMission(waypoints, home=known._replace(height_m=0.0) if known else None, notes=tuple(notes))
 
 
 def _item(wp: object) -> MissionItem:
@@ -45,20 +42,16 @@ def _item(wp: object) -> MissionItem:
     return MissionItem(int(values['command']), int(values['frame']), params, *(float(values[name]) for name in 'xyz'))
 
 
-def write_waypoints(mission: Mission) -> str:
-    """Home, take-off and the waypoints at their heights above it; areas have no place in such a file."""
+def write_waypoints(mission: FlightMission) -> str:
+    """Home, take-off and the waypoints at their heights above it; areas have no place in such a file.
+
+    pymavlink would write six decimals, which are 11 cm.
+    """
     home = mission.home or mission.waypoints[0]
-    loader = mavwp.MAVWPLoader()
-    none = (0.0, 0.0, 0.0, 0.0)
-    first = MissionItem(WAYPOINT, OF_THE_SEA[0], none, home.latitude_deg, home.longitude_deg, 0.0)
-    for item in (first, *items_of(mission.waypoints)):
-        place = (item.latitude_deg, item.longitude_deg, item.height_m)
-        if not all(map(math.isfinite, place)):
-            raise InputError(f'the route has a place that is no number: {place}')
-        loader.add(dialect.MAVLink_mission_item_message(
-            0, 0, loader.count(), item.frame, item.command, int(item is first), 1, *item.params, *place,
-        ))
-    with tempfile.TemporaryDirectory() as folder:
-        file = Path(folder) / 'route.waypoints'
-        loader.save(str(file))
-        return file.read_text(encoding='ascii')
+    first = MissionItem(WAYPOINT, OF_THE_SEA[0], (0.0, 0.0, 0.0, 0.0), home.latitude_deg, home.longitude_deg, 0.0)
+    rows = [
+        (number, int(number == 0), item.frame, item.command, *(f'{value:g}' for value in item.params),
+         f'{item.latitude_deg:.9f}', f'{item.longitude_deg:.9f}', f'{item.height_m:.3f}', 1)
+        for number, item in enumerate((first, *items_of(mission.waypoints)))
+    ]
+    return 'QGC WPL 110\n' + ''.join('\t'.join(map(str, row)) + '\n' for row in rows)

@@ -69,7 +69,8 @@ class MissionStore:
 
     def _on_clear(self, message: Message) -> Answers:
         self.items.clear()
-        self._uploader = None
+        if not self.manners.count_stays:
+            self._uploader = None
         return [_ack(message, ACCEPTED)]
 
     def _on_count(self, message: Message) -> Answers:
