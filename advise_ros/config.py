@@ -338,6 +338,8 @@ class ConsoleConfig:
     language: str = parameter(
         '', "language of the page until somebody chooses another on it; empty: the browser's", choices=('', 'en', 'de'),
     )
+    speed_m_s: float = parameter(1.0, 'speed at full stick, where a person flies from the page', low=0.05, high=20.0)
+    climb_m_s: float = parameter(0.5, 'climb rate at full stick', low=0.05, high=10.0)
     silence_s: float = parameter(3.0, 'a node that is silent for this long is shown as gone (steady time)', low=1.5, high=60.0)
 
 

@@ -14,7 +14,7 @@ from collections.abc import MutableMapping
 from pathlib import Path
 
 RANGE, PROFILES, TRANSPORTS = 'ROS_AUTOMATIC_DISCOVERY_RANGE', 'FASTRTPS_DEFAULT_PROFILES_FILE', 'FASTDDS_BUILTIN_TRANSPORTS'
-FLYING = frozenset({'mavlink_bridge', 'guard', 'policy', 'pilot', 'teleop', 'simulator'})
+FLYING = frozenset({'mavlink_bridge', 'guard', 'policy', 'pilot', 'teleop', 'simulator', 'console'})
 LOOPBACK = Path(__file__).with_name('middleware_loopback.xml')
 
 

@@ -19,6 +19,7 @@ from advise_ros.console import views, wording
 from advise_ros.console.advice_history import AdviceHistory
 from advise_ros.console.board import Board
 from advise_ros.console.language import languages, words
+from advise_ros.console.lessons import Lessons
 from advise_ros.console.settings import LearnerSettings
 from advise_ros.core.advice.advice import Query
 from advise_ros.core.demonstrations.demonstration import Demonstration, count, known, standing
@@ -46,7 +47,8 @@ class GraphListener:
 
     Attributes:
         board: the sections `map`, `flown`, `policy`, `gains`, `query`, `site`, `log`, `learner`, `vehicle`, `flight`,
-            `battery`, `nodes`, `drone` and `track`, as far as something was heard.
+            `battery`, `nodes`, `drone`, `track` and `lessons`, as far as something was heard.
+        lessons: the demonstrations that stand, as a list for people.
         query: the open question, None while there is none.
         grid: of the session, None before the first message that has one.
     """
@@ -54,6 +56,7 @@ class GraphListener:
     def __init__(self, node: Node, silence_s: float, grid: Grid | None = None) -> None:
         """Joins the graph; a node that says nothing for `silence_s` (steady time) counts as gone."""
         self.board = Board()
+        self.lessons = Lessons(self.board)
         self.query: Query | None = None
         self.grid: Grid | None = None
         self._past = AdviceHistory()
@@ -116,6 +119,7 @@ class GraphListener:
     def _show_flown(self) -> None:
         if self.grid is not None:
             self.board.put('flown', views.flown_view(self.grid, self._held()))
+            self.lessons.show(self._held())
         self._show_policy()
         self._show_query()
 

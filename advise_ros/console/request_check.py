@@ -57,6 +57,27 @@ def advice_id(given: Mapping[str, Any]) -> int:
     return _integer(given, 'advice', ID_MAX)
 
 
+def demonstration_id(given: Mapping[str, Any]) -> str:
+    """Which demonstration is meant.
+
+    Raises:
+        InputError: it is no id.
+    """
+    found = _text(given, 'demonstration', NAME_MAX)
+    if not found:
+        raise InputError('demonstration is empty')
+    return found
+
+
+def lesson_name(given: Mapping[str, Any]) -> str:
+    """What a person calls a demonstration; '' takes its name away.
+
+    Raises:
+        InputError: it is too long.
+    """
+    return _text(given, 'name', NAME_MAX).strip()
+
+
 def unique_id(given: Mapping[str, Any]) -> str:
     """The page's own id of an answer, by which one that is sent again is known.
 

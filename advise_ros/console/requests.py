@@ -15,9 +15,10 @@ from rclpy.node import Node
 from rclpy.task import Future
 from std_srvs.srv import Trigger
 
-from advise_msgs.srv import AnswerQuery, PreviewAnswer, RetractAdvice
+from advise_msgs.srv import AnswerQuery, PreviewAnswer, RetractAdvice, TakeBack
 from advise_ros.console import request_check
 from advise_ros.console.flight_goals import FlightGoals, Reply, no, resolve
+from advise_ros.console.hand import HandFlight
 from advise_ros.console.language import mark
 from advise_ros.console.listener import GraphListener
 from advise_ros.core.advice.advice import Answer, Code
@@ -73,8 +74,11 @@ class RequestDispatcher:
     gets a reply, a dict with `ok` and `message`; an answer's only when the learner has taken or refused it.
     """
 
-    def __init__(self, node: Node, listener: GraphListener) -> None:
+    def __init__(self, node: Node, listener: GraphListener, hand: HandFlight | None = None) -> None:
+        """Requests of windows, or of a terminal, which has no hand."""
         self._node, self._listener = node, listener
+        self._hand = hand
+        self._take_back = node.create_client(TakeBack, 'recorder/take_back')
         self._trigger = {name: node.create_client(Trigger, service) for name, service in request_check.TRIGGERS.items()}
         self._answer = node.create_client(AnswerQuery, 'advise/answer')
         self._preview = node.create_client(PreviewAnswer, 'advise/preview')
@@ -87,6 +91,12 @@ class RequestDispatcher:
         self._lock = threading.Lock()
         self._wake = node.create_guard_condition(self._on_wake)
         node.create_timer(TICK_S, self._on_tick, clock=Clock(clock_type=ClockType.STEADY_TIME))
+
+    @property
+    def hand(self) -> HandFlight:
+        """By which windows fly; a terminal has none."""
+        assert self._hand is not None
+        return self._hand
 
     # -- from any thread ---------------------------------------------------------------------
     def act(self, name: str, given: Mapping[str, Any]) -> Promise[Reply]:
@@ -108,6 +118,8 @@ class RequestDispatcher:
         return promise
 
     def _plan(self, name: str, given: Mapping[str, Any], promise: Promise[Reply]) -> Callable[[], None]:
+        if name == 'hold' and self._hand is not None:
+            return lambda: self._hold(promise)
         if name in request_check.TRIGGERS:
             return lambda: self._call(promise, self._trigger[name], Trigger.Request(), name)
         if name == 'answer':
@@ -122,6 +134,20 @@ class RequestDispatcher:
             return lambda: self._call(promise, self._retract, retract, name)
         if name == 'fly':
             return lambda: self._send_off(promise)
+        return self._plan_teaching(name, given, promise)
+
+    def _plan_teaching(self, name: str, given: Mapping[str, Any], promise: Promise[Reply]) -> Callable[[], None]:
+        if name in ('hand_take', 'hand_release'):
+            act, window = (self.hand.take if name == 'hand_take' else self.hand.release), str(given.get('window'))
+            return lambda: promise.set_result(act(window))
+        if name == 'lesson_discard':
+            back = TakeBack.Request(demonstration_id=request_check.demonstration_id(given))
+            return lambda: self._call(promise, self._take_back, back, name)
+        if name == 'lesson_name':
+            lesson, words = request_check.demonstration_id(given), request_check.lesson_name(given)
+            return lambda: promise.set_result(self._listener.lessons.rename(lesson, words))
+        if name == 'lessons_file':
+            return lambda: promise.set_result(self._listener.lessons.file())
         raise InputError('it is unknown')
 
     # -- in the node's thread ----------------------------------------------------------------
@@ -130,6 +156,11 @@ class RequestDispatcher:
             begun, self._inbox = list(self._inbox), deque()
         for begin in begun:
             begin()
+
+    def _hold(self, promise: Promise[Reply]) -> None:
+        """Whoever flies: a hand loses its stick, the policy stops."""
+        self.hand.release()
+        self._call(promise, self._trigger['hold'], Trigger.Request(), 'hold')
 
     def _call(self, promise: Promise[Reply], client: Any, request: Any, what: str) -> None:
         if not client.service_is_ready():
@@ -255,7 +286,7 @@ def reply_of(response: Any) -> Reply:
         }
     if isinstance(response, PreviewAnswer.Response):
         return _preview_reply(response)
-    return {'ok': response.success, 'message': response.message}  # Of a Trigger or of RetractAdvice.
+    return {'ok': response.success, 'message': response.message}  # Of a Trigger, RetractAdvice or TakeBack.
 
 
 def _preview_reply(response: PreviewAnswer.Response) -> Reply:

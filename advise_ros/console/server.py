@@ -55,9 +55,11 @@ class Page(ui.element, component='static/console.js'):
         self._at_start = {name: section.version for name, section in sections.items()}
         self.known = dict(self._at_start)
         self._props['start'] = {name: section.value for name, section in sections.items()} | {'track': listener.track()}
+        self._props['window'] = self._window
         self._props['words'] = language.catalogue(code)
         self.on('act', self._on_act)
         self.on('hello', self._on_hello)
+        self.on('stick', self._on_stick)
 
     def _on_hello(self, event: Any) -> None:
         """A line is up: the window may act from the reply on.
@@ -75,11 +77,20 @@ class Page(ui.element, component='static/console.js'):
         code = given.get('language')
         return language.words(code if code in language.languages() else language.ENGLISH)
 
+    @property
+    def _window(self) -> str:
+        """Its id, which no window can choose."""
+        return str(self.client.id)
+
+    def _on_stick(self, event: Any) -> None:
+        if isinstance(event.args, dict):
+            self._dispatcher.hand.stick(self._window, event.args)
+
     async def _on_act(self, event: Any) -> None:
         given = event.args
         if not isinstance(given, dict) or not isinstance(given.get('given'), dict):
             return
-        promise = self._dispatcher.act(str(given.get('name')), given['given'])
+        promise = self._dispatcher.act(str(given.get('name')), {**given['given'], 'window': self._window})
         reply = reply_in(self._words(given), await asyncio.wrap_future(promise))
         if not self.is_deleted:
             self.run_method('reply', given.get('id'), reply)

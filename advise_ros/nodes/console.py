@@ -8,6 +8,7 @@ from rclpy.node import Node
 
 from advise_ros import exits
 from advise_ros.config import ConsoleConfig
+from advise_ros.console.hand import HandFlight
 from advise_ros.console.listener import GraphListener
 from advise_ros.console.port import HOST, bind
 from advise_ros.console.protection import Gate
@@ -26,11 +27,11 @@ class ConsoleNode(Node):
     ssh -L 8080:127.0.0.1:8080 HOST). The page shows the map with the question lit, what was flown there against
     what the drone would fly, where the learner is unsure, the drone's position and track, what an answer would
     change before it is given, the earlier answers, and the state of every node; it holds, flies and lands the
-    drone and starts and ends demonstrations. It works by mouse, finger or keyboard alone.
+    drone, lets a person fly it (`cmd_vel`) and starts and ends demonstrations. It works by mouse, finger or keyboard alone.
 
     Listens to all topics of the learner, `pose`, `vehicle_status`, `battery_state`, `policy/status` and
     `/diagnostics`; calls `advise/answer`, `advise/preview`, `advise/undo`, `advise/retract`, `policy/stop`,
-    `policy/fly`, `recorder/start`, `recorder/stop`, `recorder/discard`, `mavlink_bridge/takeoff`,
+    `policy/fly`, `recorder/start`, `recorder/stop`, `recorder/discard`, `recorder/take_back`, `mavlink_bridge/takeoff`,
     `mavlink_bridge/land` and `mavlink_bridge/take_over`.
 
     Example: ros2 run advise_ros console --ros-args -p port:=8080
@@ -46,7 +47,8 @@ class ConsoleNode(Node):
         port = bound.getsockname()[1]
         gate = Gate(port, filter(None, map(str.strip, self.config.allowed_hosts.split(','))), self.config.token)
         listener = GraphListener(self, self.config.silence_s, grid)
-        self._server = PageServer(listener, RequestDispatcher(self, listener), gate, bound, self.config)
+        hand = HandFlight(self, listener.board, self.config.speed_m_s, self.config.climb_m_s)
+        self._server = PageServer(listener, RequestDispatcher(self, listener, hand), gate, bound, self.config)
         self._address = f'http://{HOST}:{port}/?token={gate.token}'
         # The server starts once the node spins, so that a page never waits for a node that does not come up.
         steady = Clock(clock_type=ClockType.STEADY_TIME)

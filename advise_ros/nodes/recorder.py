@@ -6,6 +6,7 @@ import math
 import sys
 import time
 from collections import Counter
+from typing import TypeVar
 
 from geometry_msgs.msg import PoseStamped, Twist, TwistStamped
 from nav_msgs.msg import Odometry
@@ -13,7 +14,7 @@ from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from std_srvs.srv import Trigger
 
-from advise_msgs import msg
+from advise_msgs import msg, srv
 from advise_ros.config import RecorderConfig
 from advise_ros.core.demonstrations.recorder import Recorder, RecorderPhase, RecorderReply
 from advise_ros.core.demonstrations.samples import VehicleEvent
@@ -29,6 +30,7 @@ from advise_ros.ros import convert, diagnostics, parameters, qos, run
 from advise_ros.ros.diagnostics import Diagnostics
 from advise_ros.ros.track import TrackTopic
 
+ResponseT = TypeVar('ResponseT', Trigger.Response, srv.TakeBack.Response)
 POLL_S = 0.05
 # A player faster than real time waits for these counts, so they are also published after this many messages.
 REPORT_S, REPORT_POSES = 1.0, 50
@@ -55,7 +57,8 @@ class RecorderNode(Node):
 
     Services (std_srvs/Trigger): `recorder/start` and `recorder/stop` begin and end a demonstration by hand
     (split manual: the only way); it ends by itself at the final waypoint. `recorder/discard` drops the one
-    being recorded, or else takes back the last one published: a demonstration with its id and no moves.
+    being recorded, or else takes back the last one published: a demonstration with its id and no moves;
+    `recorder/take_back` (advise_msgs/TakeBack) does that to any one by its id.
 
     Example: ros2 run advise_ros recorder --ros-args -p grid_file:=config/grid_6x6.yaml
     Next: fly by `teleop` or `pilot`; `advise` learns from the demonstrations.
@@ -82,6 +85,7 @@ class RecorderNode(Node):
         self.create_subscription(msg.LearnerStatus, 'advise/status', self._on_learner, qos.latched())
         for name, reply in (('start', self._start), ('stop', self._stop), ('discard', self._discard)):
             self.create_service(Trigger, f'recorder/{name}', reply)
+        self.create_service(srv.TakeBack, 'recorder/take_back', self._take_back)
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(POLL_S, self._poll, clock=steady)
         self.create_timer(REPORT_S, self._report, clock=steady)
@@ -195,6 +199,9 @@ class RecorderNode(Node):
     def _discard(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         return _filled(response, self._recorder.discard())
 
+    def _take_back(self, request: srv.TakeBack.Request, response: srv.TakeBack.Response) -> srv.TakeBack.Response:
+        return _filled(response, self._recorder.take_back(request.demonstration_id))
+
     # -- results -----------------------------------------------------------------------------
     def _poll(self) -> None:
         if self._listener is not None:
@@ -254,7 +261,7 @@ class RecorderNode(Node):
             self._link.close()
 
 
-def _filled(response: Trigger.Response, reply: RecorderReply) -> Trigger.Response:
+def _filled(response: ResponseT, reply: RecorderReply) -> ResponseT:
     response.success, response.message = reply
     return response
 

@@ -36,9 +36,18 @@ def save_demonstrations(path: str | Path, demonstrations: Sequence[Demonstration
     Raises:
         InputError: the file cannot be written.
     """
+    write_whole(Path(path), file_text(demonstrations).encode())
+
+
+def file_text(demonstrations: Sequence[Demonstration]) -> str:
+    """What the file holds.
+
+    Args:
+        demonstrations: at least one, all on one grid.
+    """
     grid = json.dumps(grid_to_mapping(demonstrations[0].grid))
     lines = ',\n'.join(json.dumps(to_record(demonstration)) for demonstration in demonstrations)
-    write_whole(Path(path), f'{{"grid": {grid}, "demonstrations": [\n{lines}\n]}}\n'.encode())
+    return f'{{"grid": {grid}, "demonstrations": [\n{lines}\n]}}\n'
 
 
 def load_demonstrations(path: str | Path, grid: Grid) -> tuple[Demonstration, ...]:

@@ -3,6 +3,7 @@ import Compass from '/console/compass.js';
 import GridMap from '/console/map.js';
 import History from '/console/history.js';
 import Robot from '/console/robot.js';
+import Teach from '/console/teach.js';
 import { Link } from '/console/link.js';
 import { choose as chooseLanguage, language, number, percent, speak, t, tn } from '/console/language.js';
 import template from '/console/template.js';
@@ -17,8 +18,8 @@ const LIKELY = 50;
 const CALM = matchMedia('(prefers-reduced-motion: reduce)');
 
 export default {
-  components: { Compass, GridMap, History, Robot },
-  props: { start: Object, words: Object },
+  components: { Compass, GridMap, History, Robot, Teach },
+  props: { start: Object, words: Object, window: String },
   template,
   data() {
     return {
@@ -181,6 +182,7 @@ export default {
     welcome(line) { this.link.welcome(line); this.look(); },
     fly(drone) {
       this.moving.drone = drone;
+      this.$refs.teach?.move(drone);
       const track = this.moving.track, last = track[track.length - 1], step = 0.1 * (this.map?.resolution || 1);
       if (!last || Math.hypot(last[0] - drone[0], last[1] - drone[1]) >= step) track.push([drone[0], drone[1]]);
       if (track.length > TRACK_POINTS) track.shift();

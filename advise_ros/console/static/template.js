@@ -124,6 +124,7 @@ export default `
       <history :log="s.log" :gains="s.gains" :contradictions="learner.contradictions" :disabled="!canCommand" @retract="retract" @look="looked = $event"></history>
     </section>
     <robot :nodes="s.nodes" :vehicle="s.vehicle" :flight="s.flight" :battery="s.battery" :disabled="!canCommand" @act="act($event)"></robot>
+    <teach ref="teach" :link="link" :window="window" :hand="s.hand" :lessons="s.lessons" :map="map" :vehicle="s.vehicle" :disabled="!canCommand" @tell="tell" @act="act($event)"></teach>
     </div>
   </div>
   <p class="toast" role="status" aria-live="assertive" :class="{bad: note && note.bad, shown: note}" data-test="note">{{ note ? note.text : '' }}</p>

@@ -161,10 +161,23 @@ class Recorder:
             return RecorderReply(True, f'{self.next_id} is dropped; nothing was published')
         if not self.published:
             return RecorderReply(False, 'nothing is being recorded and nothing was published')
-        taken = self.published.pop()
-        back = taken_back(taken, self._source, self._grid, self._samples.newest_ns)
-        self._outputs.append(Output(back, f'{taken} is taken back'))
-        return RecorderReply(True, f'{taken} is taken back: a demonstration with its id and without moves is published')
+        return self.take_back(self.published[-1])
+
+    def take_back(self, demonstration_id: str) -> RecorderReply:
+        """Take back a demonstration that was published.
+
+        Args:
+            demonstration_id: of the demonstration.
+        """
+        if demonstration_id not in self.published:
+            ours = ', '.join(self.published) or 'none yet'
+            return RecorderReply(False, f"'{demonstration_id}' was not published by this recorder; published: {ours}")
+        self.published.remove(demonstration_id)
+        back = taken_back(demonstration_id, self._source, self._grid, self._samples.newest_ns)
+        self._outputs.append(Output(back, f'{demonstration_id} is taken back'))
+        return RecorderReply(
+            True, f'{demonstration_id} is taken back: a demonstration with its id and without moves is published',
+        )
 
     @property
     def next_id(self) -> str:
