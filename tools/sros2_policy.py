@@ -26,6 +26,7 @@ SESSION = (*FLOWN, 'odom', 'battery_state', 'demonstration', *LEARNT, *PICTURES,
 ANSWERING = tuple(f'advise/{name}' for name in ('answer', 'preview', 'undo', 'retract'))
 VEHICLE = tuple(f'mavlink_bridge/{name}' for name in ('arm', 'takeoff', 'land', 'take_over', 'stop', 'release'))
 RECORDING = tuple(f'recorder/{name}' for name in ('start', 'stop', 'discard'))
+TEACHING = (*RECORDING, 'recorder/take_back')
 GUARD = ('guard/stop', 'guard/release')
 LIFE_CYCLE = ('change_state', 'get_state', 'get_available_states', 'get_available_transitions', 'get_transition_graph')
 
@@ -56,7 +57,7 @@ GRANTS: dict[str, Grants] = {
         ('guard/cmd_vel', 'guard/pose', 'guard/transition_event'), ('cmd_vel', 'pose'), (*GUARD, *of('guard', LIFE_CYCLE)),
     ),
     'recorder': Grants(
-        ('demonstration', 'recorder/track'), (*FLOWN, 'odom', 'policy/status', 'demonstration', 'advise/status'), RECORDING,
+        ('demonstration', 'recorder/track'), (*FLOWN, 'odom', 'policy/status', 'demonstration', 'advise/status'), TEACHING,
     ),
     'advise': Grants((*LEARNT, *PICTURES, 'demonstration'), ('demonstration',), ANSWERING),
     'policy': Grants(
@@ -67,13 +68,13 @@ GRANTS: dict[str, Grants] = {
     'pilot': Grants(('cmd_vel', 'pilot/status'), ('vehicle_status', 'pose', 'diagnostics'), (), (*VEHICLE, 'recorder/stop')),
     'expert': Grants((), ('advise/query',), (), ('advise/answer',)),
     'console': Grants(
-        (), SESSION, (), (*ANSWERING, *RECORDING, 'policy/stop', *VEHICLE, 'advise/get_parameters'), call=('policy/fly',),
+        ('cmd_vel',), SESSION, (), (*ANSWERING, *TEACHING, 'policy/stop', *VEHICLE, 'advise/get_parameters'), call=('policy/fly',),
     ),
     'teleop': Grants(('cmd_vel',), ('vehicle_status', 'pose'), (), (*VEHICLE, *RECORDING)),
     # A person with the ros2 command.
     'operator': Grants(
         (), (*SESSION, 'recorder/track', '*/transition_event'), (),
-        (*ANSWERING, *RECORDING, *VEHICLE, *GUARD, 'policy/stop', '*/get_parameters', '*/list_parameters', *of('*', LIFE_CYCLE)),
+        (*ANSWERING, *TEACHING, *VEHICLE, *GUARD, 'policy/stop', '*/get_parameters', '*/list_parameters', *of('*', LIFE_CYCLE)),
         call=('policy/fly',),
     ),
 }

@@ -13,7 +13,8 @@ from advise_ros.core.units import NS
 from advise_ros.recording.demofile import file_text
 
 ENDS = {
-    'final_waypoint': mark('route flown'), 'landed': mark('landed'), 'disarmed': mark('disarmed'), 'stopped': mark('stopped by hand'),
+    'final_waypoint': mark('route flown'), 'landed': mark('landed'), 'disarmed': mark('disarmed'),
+    'stopped': mark('stopped by hand'),
 }
 ELSE = mark('ended early')
 

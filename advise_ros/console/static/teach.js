@@ -8,7 +8,7 @@ const SIMULATED_S = 365 * 86400;
 export default {
   props: { link: Object, window: String, hand: Object, lessons: Array, map: Object, vehicle: Object, disabled: Boolean },
   emits: ['tell', 'act'],
-  data() { return { keys: new Set(), pad: [0, 0], lever: 0, paused: false, outside: null, at: null, gamepad: '', playing: null, naming: '', newName: '' }; },
+  data() { return { keys: new Set(), pad: [0, 0], lever: 0, paused: false, outside: null, at: null, gamepad: null, playing: null, naming: null, newName: null }; },
   template: `
     <section class="card teach" aria-labelledby="teach-title" data-test="teach">
       <h2 id="teach-title">{{ t('Teach') }}</h2>
@@ -67,7 +67,12 @@ export default {
   },
   mounted() {
     this.timer = setInterval(() => this.tick(), SEND_MS);
-    this.listeners = [[document, 'keydown', (event) => this.key(event, true)], [document, 'keyup', (event) => this.key(event, false)], [window, 'blur', () => this.keys.clear()], [document, 'visibilitychange', () => { if (document.hidden && this.flies) this.release(); }]];
+    this.listeners = [
+      [document, 'keydown', (event) => this.key(event, true)],
+      [document, 'keyup', (event) => this.key(event, false)],
+      [window, 'blur', () => this.keys.clear()],
+      [document, 'visibilitychange', () => { if (document.hidden && this.flies) this.release(); }],
+    ];
     for (const [target, name, act] of this.listeners) target.addEventListener(name, act, true);
   },
   unmounted() {
@@ -112,7 +117,7 @@ export default {
     tick() {
       if (!this.flies) return;
       const found = [...(navigator.getGamepads?.() || [])].find((one) => one && one.connected);
-      this.gamepad = found ? found.id : '';
+      this.gamepad = found?.id;
       const pressed = found ? gamepadStick(found) : { stick: [0, 0, 0], hold: false };
       if (pressed.hold) { this.$emit('act', 'hold'); return; }
       const stick = this.paused ? [0, 0, 0] : strongest([pressed.stick, [...this.pad, this.lever], fold([...this.keys].map(keyStick))]);
@@ -123,7 +128,10 @@ export default {
     points(cells) { return cells.map((cell) => this.centre(cell).join(',')).join(' '); },
     duration(lesson) { return lengthOf(lesson.seconds); },
     date(lesson) { return lesson.at > SIMULATED_S ? new Date(1000 * lesson.at).toLocaleString([], { dateStyle: 'medium', timeStyle: 'short' }) : ''; },
-    async rename(lesson) { if ((await this.send('lesson_name', { demonstration: lesson.id, name: this.newName })).ok) this.naming = ''; },
+    async rename(lesson) {
+      const reply = await this.send('lesson_name', { demonstration: lesson.id, name: this.newName });
+      if (reply.ok) this.naming = null;
+    },
     discard(lesson) { this.send('lesson_discard', { demonstration: lesson.id }); },
     play(lesson) {
       const stop = this.playing?.id === lesson.id;

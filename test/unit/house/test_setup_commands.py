@@ -23,7 +23,7 @@ def test_advise_names_what_there_is() -> None:
     assert ' mavlink_bridge ' in done.stdout
     wrong = run('./advise', 'polcy')
     assert wrong.returncode == 2
-    assert wrong.stderr.startswith("error: 'polcy' is unknown; known: advise ")
+    assert wrong.stderr.startswith("error: 'polcy' is unknown; did you mean 'policy'?; known: advise ")
     assert run('./advise').returncode == 2
 
 
