@@ -68,7 +68,8 @@ GRANTS: dict[str, Grants] = {
     'pilot': Grants(('cmd_vel', 'pilot/status'), ('vehicle_status', 'pose', 'diagnostics'), (), (*VEHICLE, 'recorder/stop')),
     'expert': Grants((), ('advise/query',), (), ('advise/answer',)),
     'console': Grants(
-        ('cmd_vel',), SESSION, (), (*ANSWERING, *TEACHING, 'policy/stop', *VEHICLE, 'advise/get_parameters'), call=('policy/fly',),
+        ('cmd_vel',), SESSION, (), (*ANSWERING, *TEACHING, 'policy/stop', *VEHICLE, 'advise/get_parameters'),
+        call=('policy/fly',),
     ),
     'teleop': Grants(('cmd_vel',), ('vehicle_status', 'pose'), (), (*VEHICLE, *RECORDING)),
     # A person with the ros2 command.
