@@ -333,7 +333,10 @@ export class Painter {
     // In the corner of its cell, where no arrow is.
     const radius = Math.max(small ? 6 : 7, Math.min(0.16 * this.cell, 15)), inset = Math.min(0.2 * this.cell, radius + 3);
     map.waypoints.forEach((cell, index) => {
-      const x = this.left(cell) + Math.max(inset, radius * 0.7), y = this.top(cell) + Math.max(inset, radius * 0.7), ahead = index === next;
+      // A sign that is larger than its cell stays on the map.
+      const within = (at, low, size) => Math.min(Math.max(at, low + radius + 1), low + size - radius - 1), ahead = index === next;
+      const x = within(this.left(cell) + Math.max(inset, radius * 0.7), this.x, map.width * this.cell);
+      const y = within(this.top(cell) + Math.max(inset, radius * 0.7), this.y, map.height * this.cell);
       context.fillStyle = ahead ? colours.ink : colours.paper;
       context.strokeStyle = colours.ink;
       context.lineWidth = ahead ? 2 : 1.2;

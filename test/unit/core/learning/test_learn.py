@@ -112,7 +112,7 @@ def test_the_query_describes_its_cluster() -> None:
     assert query.demonstrated == pytest.approx(learned.demonstrated[states].mean(axis=0))
     assert query.policy == pytest.approx(learned.probabilities[states].mean(axis=0))
     assert query.answered_before == tuple(state for state in states if state == 1)
-    assert query.question.endswith('Which direction is right there, and which is wrong?')
+    assert query.question.startswith('Flying to waypoint') and ': which way in ' in query.question
 
 
 def test_a_cluster_is_asked_again_when_demonstrations_made_another_of_it() -> None:
