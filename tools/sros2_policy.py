@@ -71,7 +71,7 @@ GRANTS: dict[str, Grants] = {
         ('cmd_vel',), SESSION, (), (*ANSWERING, *TEACHING, 'policy/stop', *VEHICLE, 'advise/get_parameters'),
         call=('policy/fly',),
     ),
-    'teleop': Grants(('cmd_vel',), ('vehicle_status', 'pose'), (), (*VEHICLE, *RECORDING)),
+    'teleop': Grants(('cmd_vel',), ('vehicle_status', 'pose', 'joy'), (), (*VEHICLE, *RECORDING)),
     # A person with the ros2 command.
     'operator': Grants(
         (), (*SESSION, 'recorder/track', '*/transition_event'), (),

@@ -33,8 +33,8 @@ EXAMPLES = """examples:
   ./advise fly --connect --vehicle px4             the same where PX4's SITL sends to
   ./advise fly --site-map garden_site.yaml         keep what is learnt of the site, and go on from it next time
 
-Ctrl-C ends all of it in order; the vehicle stands or holds, and the bag is whole. Before a real flight read docs/safety.md
-and run ./advise fly_check.
+Next: open the page, take off, fly by hand, answer. Ctrl-C ends all of it in order; the vehicle stands or holds, and the bag
+is whole: ./advise replay BAG. Before a real flight read docs/safety.md and run ./advise fly_check.
 
 exit code: 0 ended by Ctrl-C; 1 something of it died or the bag is not whole; 2 wrong usage or input"""
 

@@ -10,10 +10,12 @@ from geometry_msgs.msg import PoseStamped, TwistStamped
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from rclpy.task import Future
+from sensor_msgs.msg import Joy
 from std_srvs.srv import Trigger
 
 from advise_msgs.msg import VehicleStatus
 from advise_ros.config import TeleopConfig
+from advise_ros.core.flight.hand import DEAD_ZONE, HandStick
 from advise_ros.core.flight.keyboard import MOTIONS, Key, Stick, decode
 from advise_ros.core.flight.leg_follower import Pose
 from advise_ros.core.grid.cell_tracker import CellTracker
@@ -39,6 +41,8 @@ HOLD_S = 1.0
 SHOW_PERIOD_S = 0.2
 # What a service replied stands for this long.
 SAID_S = 8.0
+# Most gamepads have triggers between their two sticks: then axis 4 is the right stick's, else axis 3.
+CLIMB_AXIS, MOST_AXES = 4, 5
 
 
 class TeleopNode(Node):
@@ -60,6 +64,8 @@ class TeleopNode(Node):
         self.config = parameters.load(self, TeleopConfig)
         self._grid = load_grid(self.config.grid_file) if self.config.grid_file else None
         self._stick = Stick(self.config.speed_m_s, self.config.climb_m_s, self.config.key_timeout_s)
+        self._joy = HandStick(self.config.speed_m_s, self.config.climb_m_s)
+        self._joy_held = False
         self._gate = PoseGate()
         self._tracker: CellTracker | None = None
         self._start_route()
@@ -82,6 +88,7 @@ class TeleopNode(Node):
         )}
         self.create_subscription(VehicleStatus, 'vehicle_status', self._on_vehicle, qos.latched())
         self.create_subscription(PoseStamped, 'pose', self._on_pose, NEWEST_POSE)
+        self.create_subscription(Joy, 'joy', self._on_joy, qos.COMMAND)
         self.create_timer(1.0 / self.config.rate_hz, self._on_tick, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
     def close(self) -> None:
@@ -102,6 +109,15 @@ class TeleopNode(Node):
             if self._tracker is not None and self._vehicle is not None and self._vehicle.commandable:
                 self._tracker.update(pose.position_enu_m[0], pose.position_enu_m[1], pose.stamp_ns)
 
+    def _on_joy(self, message: Joy) -> None:
+        """Axes of joy_node: 0 and 1 the left stick, positive to the left and up, 4 (or 3) the right one."""
+        axes = [*map(float, message.axes), *[0.0] * MOST_AXES]
+        climb = axes[4] if len(message.axes) > CLIMB_AXIS else axes[3]
+        stick, now_s = (-axes[0], axes[1], climb), time.monotonic()
+        self._joy_held = self._joy_held and any(abs(value) >= DEAD_ZONE for value in stick)
+        if not self._joy_held:
+            self._joy.move(stick, now_s, now_s)
+
     def _start_route(self) -> None:
         if self._grid is not None:
             self._tracker = CellTracker(self._grid, self.config.hysteresis_m)
@@ -120,6 +136,9 @@ class TeleopNode(Node):
     # -- keys --------------------------------------------------------------------------------
     def _press(self, key: Key, now_s: float) -> None:
         self._stick.press(key, now_s)
+        if key is Key.HOLD:
+            self._joy.let_go()
+            self._joy_held = True
         if key in MOTIONS or key is Key.HOLD:
             self._hold_until_s = now_s + HOLD_S
         elif key is Key.QUIT:
@@ -157,6 +176,8 @@ class TeleopNode(Node):
     def _fly(self, now_s: float) -> None:
         """Command while a key is held and a moment longer; motion is followed by zero even if this comes late."""
         velocity_enu_m_s = self._stick.velocity(now_s)
+        if velocity_enu_m_s == ZERO:
+            velocity_enu_m_s = self._joy.velocity(now_s) or ZERO
         if velocity_enu_m_s != ZERO:
             self._moving, self._hold_until_s = True, now_s + HOLD_S
         commandable = self._vehicle is None or self._vehicle.commandable

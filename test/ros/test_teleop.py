@@ -6,9 +6,11 @@ from pathlib import Path
 
 import pytest
 import yaml
+from sensor_msgs.msg import Joy
 from std_srvs.srv import Trigger
 
 from advise_ros.recording.gridfile import grid_to_mapping
+from advise_ros.ros import qos
 from support.graph import Graph
 from support.mock_bridge import MockBridge
 from support.policies import square
@@ -43,6 +45,26 @@ def test_in_the_air_t_takes_over_what_others_fly(graph: Graph, typist: Typist) -
     typist.wait_to_see('others fly it, t takes over (RTL was set by someone else)')
     graph.wait_until(lambda: (typist.type(b't', look_on=True), taken)[1])
     assert not bridge.takeoffs
+
+
+def test_a_gamepad_flies_until_it_is_silent_or_held(graph: Graph, typist: Typist) -> None:
+    bridge = MockBridge(graph, square(), in_air=True)
+    joy = graph.publisher('joy', Joy, qos.COMMAND)
+
+    def pushed() -> bool:
+        joy.publish(Joy(axes=[-0.9, 0.5, 0.0, 0.0, 0.0]))
+        return any(c.twist.linear.x for c in bridge.commands)
+
+    typist.wait_to_see('flying')
+    graph.wait_until(pushed, what='commands of the gamepad')
+    assert {c.twist.linear.y for c in bridge.commands} == {0.0}, 'a diagonal is the direction wanted most'
+    graph.wait_until(lambda: bridge.commands[-1].twist.linear.x == 0.0, what='zero velocity without a message')
+    typist.type(b' ')
+    sent = len(bridge.commands)
+    graph.wait_until(lambda: len(bridge.commands) > sent + 3, what='zeros of hold')
+    sent = len(bridge.commands)
+    graph.wait_until(lambda: (pushed(), len(bridge.commands) > sent + 5)[1], what='zeros beside a pressed stick')
+    assert not any(c.twist.linear.x for c in bridge.commands[sent:])
 
 
 def test_keys_fly_record_and_land(graph: Graph, typist: Typist) -> None:

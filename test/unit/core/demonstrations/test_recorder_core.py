@@ -161,6 +161,17 @@ def test_discard_drops_the_running_one_and_then_takes_back_the_last() -> None:
     assert into.next_id == 'flight-003'  # Ids are not used twice.
 
 
+def test_any_demonstration_is_taken_back_by_its_id() -> None:
+    into = recorder()
+    play(into, BOTH)
+    assert 'flight-001 is taken back' in into.take_back('flight-001').message
+    (output,) = into.take(0.0)
+    assert output.demonstration is not None
+    assert (output.demonstration.demonstration_id, output.demonstration.states) == ('flight-001', ())
+    assert into.take_back('flight-001') == (False, "'flight-001' was not published by this recorder; published: flight-002")
+    assert 'flight-002 is taken back' in into.discard().message
+
+
 def test_nan_and_repeated_stamps_do_not_disturb() -> None:
     recording = flight(GRID, round_trip())
     recording.poses.positions_enu_m[80] = np.nan
