@@ -27,7 +27,17 @@ from advise_ros.core.units import MAP_FRAME, NS
 from advise_ros.recording import px4
 from advise_ros.recording.blocks import Block, Channel, Integers
 from advise_ros.recording.codec import Codec
-from advise_ros.recording.columns import NAVSAT_FIX, ON_EARTH, STRINGS, Column, Frames, Growing, read, why_unlike
+from advise_ros.recording.columns import (
+    NAVSAT_FIX,
+    ON_EARTH,
+    POSITION_TARGET,
+    STRINGS,
+    Column,
+    Frames,
+    Growing,
+    read,
+    why_unlike,
+)
 from advise_ros.recording.definitions import known_definition
 from advise_ros.recording.place import Place
 from advise_ros.recording.progress import ProgressCallback
@@ -42,6 +52,8 @@ from advise_ros.recording.topics import (
     FRAME_TYPE,
     POLICY_TYPE,
     POSE_TYPES,
+    SETPOINT_TYPES,
+    SETPOINTS,
     VEHICLE_FRAMES,
     WISHES,
     BagTopics,
@@ -114,10 +126,12 @@ class _Stretch:
         self.type_name, self.topic = channel.type_name, full_name(channel.topic)
         self.problem = why_unlike(channel)
         self._px4: px4.MessageLayout | None = None
-        self.undefined = channel.type_name in px4.TYPES and not channel.definition
-        if channel.type_name in px4.TYPES and not self.problem and not self.undefined:
+        of_px4 = channel.type_name in (*px4.TYPES, px4.SETPOINT)
+        self.undefined = of_px4 and not channel.definition
+        kind = 'velocity' if channel.type_name == px4.SETPOINT else 'position'
+        if of_px4 and not self.problem and not self.undefined:
             self._px4 = px4.layout(channel)
-            self.problem = '' if self._px4 else f'the bag does not say where {channel.type_name} has its stamp and position'
+            self.problem = '' if self._px4 else f'the bag does not say where {channel.type_name} has its stamp and {kind}'
         self.strings = STRINGS.get(channel.type_name, 0)
         self.frames, self.count, self.unfit = Frames(), 0, 0
         self._stamps_ns, self._log_ns, self._places = (Growing(np.int64) for _ in range(3))
@@ -134,7 +148,8 @@ class _Stretch:
         if self._px4:
             column = px4.read(block, rows, self._px4, self.frames)
         else:
-            column = read(block, rows, self.strings, self.frames, fix=self.type_name == NAVSAT_FIX)
+            kind = self.type_name if self.type_name in (NAVSAT_FIX, POSITION_TARGET) else ''
+            column = read(block, rows, self.strings, self.frames, kind=kind)
         self.add(column._replace(rows=first + column.rows))
 
     def add(self, column: Column) -> None:
@@ -250,7 +265,7 @@ class _Collected:
             wanted = any(is_named(topic, name) for name in self._names(kind))
         if not wanted:
             return None
-        if kind not in STRINGS and kind not in px4.TYPES:
+        if kind not in STRINGS and kind not in px4.TYPES and kind != px4.SETPOINT:
             return self._messages.setdefault(topic, _Messages(channel))
         if topic not in self._vectors:
             self._vectors[topic] = _Stretch(channel)
@@ -260,7 +275,7 @@ class _Collected:
         """Those by which messages of a type may be wanted, where they are not positions."""
         asked = self._asked
         if kind in COMMAND_TYPES:
-            return (asked.command,) if asked.command else COMMANDS
+            return (asked.command,) if asked.command else (*COMMANDS, *SETPOINTS)
         if kind in EVENT_OF:
             return (asked.status,) if asked.status else status_names(kind)
         return (asked.policy,) if kind == POLICY_TYPE else ()
@@ -283,8 +298,10 @@ class _Collected:
         commands, said = self._commands(found.command, poses, in_file_order=in_file_order)
         statuses, unfit = self._values(found.status, in_file_order=in_file_order)
         flights, lost = self._values(found.policy, in_file_order=in_file_order)
-        if self._vectors[found.pose].undefined:
-            said.append(f'the bag does not define {held[found.pose].type_name}: it was read as px4_msgs 1.13 to 1.18 have it')
+        said += [
+            f'the bag does not define {held[topic].type_name}: it was read as px4_msgs 1.13 to 1.18 have it'
+            for topic in (found.pose, found.command) if topic and self._vectors[topic].undefined
+        ]
         counts = ((self._vectors[found.pose].unfit, found.pose), (unfit, found.status), (lost, found.policy))
         said += self._said + [_unfit(count, topic) for count, topic in counts if count] + _unused(found, held)
         event_of = EVENT_OF.get(held[found.status].type_name if found.status else '', EVENT_OF[ADVISE])
@@ -396,16 +413,7 @@ class _Collected:
             return NOTHING, []
         stretch = self._stretch(topic)
         commands, frames = stretch.vectors(in_file_order=in_file_order)
-        kept, notes = np.ones(len(frames), dtype=np.bool_), []
-        for frame, number in sorted(stretch.frames.items()):
-            rows = np.flatnonzero(frames == number)
-            placed = self._command_placed(frame, commands.stamps_ns[rows])
-            if placed is False and rows.size:
-                kept[rows] = False
-                notes.append(f"{rows.size} commands in frame '{frame}' are not in '{MAP_FRAME}' and were not used")
-            if isinstance(placed, Placed):
-                commands.vectors[rows] = placed.turn(commands.vectors[rows])
-        commands = commands.at(kept)
+        commands, notes = self._usable(stretch, commands, frames)
         if self._place is not None and poses.on_earth:
             commands = commands._replace(vectors=self._place.turned(commands.vectors))
         notes += [_unfit(stretch.unfit, topic)] * bool(stretch.unfit)
@@ -423,6 +431,24 @@ class _Collected:
         elif on_clock.unstamped:
             notes.append(f'{on_clock.unstamped} commands on {topic} have no stamp: they count from when they were recorded')
         return commands._replace(stamps_ns=on_clock.stamps_ns), notes
+
+    def _usable(self, stretch: _Stretch, commands: _Ordered, frames: Integers) -> tuple[_Ordered, list[str]]:
+        """Those that ask for a velocity in a known frame, on the axes of the map; and what is to be said about the others."""
+        kept, notes = np.ones(len(frames), dtype=np.bool_), list[str]()
+        if stretch.type_name in SETPOINT_TYPES:
+            kept &= np.isfinite(commands.vectors[:, :2]).all(axis=1)
+            commands.vectors[np.isnan(commands.vectors[:, 2]), 2] = 0.0
+            if lost := int(np.count_nonzero(~kept)):
+                notes.append(f'{lost} of {len(kept)} setpoints on {stretch.topic} ask for no velocity and were not used')
+        for frame, number in sorted(stretch.frames.items()):
+            rows = np.flatnonzero((frames == number) & kept)
+            placed = self._command_placed(frame, commands.stamps_ns[rows])
+            if placed is False and rows.size:
+                kept[rows] = False
+                notes.append(f"{rows.size} commands in frame '{frame}' are not in '{MAP_FRAME}' and were not used")
+            if isinstance(placed, Placed):
+                commands.vectors[rows] = placed.turn(commands.vectors[rows])
+        return commands.at(kept), notes
 
     def _command_placed(self, frame: str, stamps_ns: Integers) -> Placed | bool:
         """As _placed, for velocities: only of the map and of the positions' own frames is it known how they are meant.

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 from rosbags.interfaces import Nodetype
 
-from advise_ros.core.units import NS
+from advise_ros.core.units import MAP_FRAME, NS
 from advise_ros.recording.blocks import Block, Channel, Integers, gather
 from advise_ros.recording.codec import parsed
 
@@ -29,10 +29,15 @@ STRINGS = {
     'geographic_msgs/msg/GeoPoseStamped': 1,
     'geographic_msgs/msg/GeoPointStamped': 1,
     'sensor_msgs/msg/NavSatFix': 1,
+    'mavros_msgs/msg/PositionTarget': 1,
 }
 # Types with latitude, longitude [deg] and altitude [m] for a vector; of these NAVSAT_FIX has a status (int8, uint16) before it.
 ON_EARTH = tuple(name for name in STRINGS if name.startswith(('geographic_msgs', 'sensor_msgs')))
 NAVSAT_FIX = 'sensor_msgs/msg/NavSatFix'
+# MAVROS's setpoint: the number of a frame (uint8), which parts are to be ignored (uint16), a position, then the velocity.
+POSITION_TARGET = 'mavros_msgs/msg/PositionTarget'
+# MAV_FRAME LOCAL_NED and LOCAL_OFFSET_NED, which MAVROS takes as east, north, up; POSITION_TARGET_TYPEMASK for vx or vy, and vz.
+LOCAL_FRAMES, NO_HORIZONTAL, NO_VERTICAL = (1, 7), 8 | 16, 32
 POINT = ('float64 x', 'float64 y', 'float64 z')
 COVARIANCE = 'float64[36] covariance'
 # These types and what they are made of, as ROS 2 defines them. (rosbags knows them all, but takes long to load.)
@@ -61,6 +66,11 @@ DEFINED = {
     'sensor_msgs/msg/NavSatFix': (
         'std_msgs/msg/Header header', 'sensor_msgs/msg/NavSatStatus status', 'float64 latitude', 'float64 longitude',
         'float64 altitude', 'float64[9] position_covariance', 'uint8 position_covariance_type',
+    ),
+    'mavros_msgs/msg/PositionTarget': (
+        'std_msgs/msg/Header header', 'uint8 coordinate_frame', 'uint16 type_mask', 'geometry_msgs/msg/Point position',
+        'geometry_msgs/msg/Vector3 velocity', 'geometry_msgs/msg/Vector3 acceleration_or_force',
+        'float32 yaw', 'float32 yaw_rate',
     ),
     'nav_msgs/msg/Odometry': (
         'std_msgs/msg/Header header', 'string child_frame_id', 'geometry_msgs/msg/PoseWithCovariance pose',
@@ -129,7 +139,7 @@ def _spelt(kind: Any) -> str:
     return str(of[0]) if node == Nodetype.BASE else f'{_spelt(of[0])}[{of[1] or ""}]'
 
 
-def read(block: Block, rows: Integers, strings: int, frames: Frames, *, fix: bool = False) -> Column:
+def read(block: Block, rows: Integers, strings: int, frames: Frames, *, kind: str = '') -> Column:
     """The messages at `rows`, in their order.
 
     Args:
@@ -137,7 +147,8 @@ def read(block: Block, rows: Integers, strings: int, frames: Frames, *, fix: boo
         rows: (n,) which of them.
         strings: as in STRINGS, for the type of these messages.
         frames: takes up the names of their frames.
-        fix: they are of NAVSAT_FIX; where there was no fix the vector is not a number.
+        kind: NAVSAT_FIX, where without a fix the vector is not a number, or POSITION_TARGET, where that is so without a
+            velocity; '' for all others.
     """
     data, count = block.data, len(rows)
     starts, sizes = block.starts[rows], block.ends[rows] - block.starts[rows]
@@ -149,13 +160,16 @@ def read(block: Block, rows: Integers, strings: int, frames: Frames, *, fix: boo
         frame = nothing + frames.number('') if len(rows) else nothing
         return Column(nothing, _vectors(data, starts + ENCAPSULATION), block.log_ns[rows], frame, count - len(rows), rows)
     lengths = gather(data, '<u4', starts + LENGTH_AT).astype(np.int64)
-    at, fits = _vectors_at(data, starts, sizes, lengths, strings, fix=fix)
+    at, fits = _vectors_at(data, starts, sizes, lengths, strings, kind=kind)
     rows, starts, lengths, at = _only(fits, rows, starts, lengths, at)
     seconds = gather(data, '<i4', starts + SECONDS_AT).astype(np.int64)
     stamps_ns = seconds * NS + gather(data, '<u4', starts + NANOSECONDS_AT)
-    numbers = _frames_of(data, starts + STRING_AT, lengths, frames)
     vectors = _vectors(data, starts + at)
-    if fix:
+    if kind == POSITION_TARGET:
+        numbers = _aim(data, starts, STRING_AT + lengths, vectors, frames)
+    else:
+        numbers = _frames_of(data, starts + STRING_AT, lengths, frames)
+    if kind == NAVSAT_FIX:
         vectors[gather(data, 'i1', starts + STRING_AT + lengths) < 0] = np.nan
     return Column(stamps_ns, vectors, block.log_ns[rows], numbers, count - len(rows), rows)
 
@@ -172,7 +186,7 @@ def _only(kept: npt.NDArray[np.bool_], *arrays: Integers) -> tuple[Integers, ...
 
 
 def _vectors_at(
-    data: bytes, starts: Integers, sizes: Integers, lengths: Integers, strings: int, *, fix: bool,
+    data: bytes, starts: Integers, sizes: Integers, lengths: Integers, strings: int, *, kind: str,
 ) -> tuple[Integers, npt.NDArray[np.bool_]]:
     """Where the vector of each message lies from its start, and whether it lies inside."""
     at, fits = STRING_AT + lengths, lengths <= LONGEST_NAME
@@ -181,10 +195,23 @@ def _vectors_at(
         fits &= at + 4 <= sizes
         more = gather(data, '<u4', starts + np.where(fits, at, 0)).astype(np.int64)
         at, fits = at + 4 + more, fits & (more <= LONGEST_NAME)
-    if fix:
+    if kind:
         at = _aligned(at + 1, 2) + 2
     at = _aligned(at, 8)
+    if kind == POSITION_TARGET:
+        at = at + VECTOR_BYTES
     return at, fits & (at + VECTOR_BYTES <= sizes)
+
+
+def _aim(data: bytes, starts: Integers, at: Integers, vectors: npt.NDArray[np.float64], frames: Frames) -> Integers:
+    """Clears the velocities of POSITION_TARGET that are to be ignored; the numbers of the frames that they are in."""
+    masks, of = gather(data, '<u2', starts + _aligned(at + 1, 2)), gather(data, 'u1', starts + at)
+    vectors[(masks & NO_VERTICAL) != 0, 2] = 0.0
+    vectors[(masks & NO_HORIZONTAL) != 0] = np.nan
+    numbers = np.zeros(len(at), dtype=np.int64)
+    for frame in np.unique(of).tolist():
+        numbers[of == frame] = frames.number(MAP_FRAME if frame in LOCAL_FRAMES else f'MAV_FRAME {frame}')
+    return numbers
 
 
 def _aligned(at: Integers, size: int) -> Integers:

@@ -22,6 +22,7 @@ from advise_ros.recording.columns import ENCAPSULATION, PLAIN_CDR_LITTLE_ENDIAN,
 
 TYPES = ('px4_msgs/msg/VehicleOdometry', 'px4_msgs/msg/VehicleLocalPosition')
 TOPICS = ('fmu/out/vehicle_odometry', 'fmu/out/vehicle_local_position', 'fmu/out/vehicle_local_position_v1')
+SETPOINT = 'px4_msgs/msg/TrajectorySetpoint'
 NS_PER_US = 1000
 SIZES = {'bool': 1, 'uint8': 1, 'int8': 1, 'char': 1, 'byte': 1, 'octet': 1, 'uint16': 2, 'int16': 2, 'uint32': 4, 'int32': 4,
          'float32': 4, 'uint64': 8, 'int64': 8, 'float64': 8}
@@ -46,8 +47,9 @@ def layout(channel: Channel) -> MessageLayout | None:
     if not channel.definition:
         return None
     places = _places(parsed(channel.type_name, channel.encoding, channel.definition)[channel.type_name][1])
-    first = places.get('position')
-    at = [first + 4 * axis for axis in range(3)] if first is not None else [places.get(name, 0) for name in 'xyz']
+    whole, single = ('velocity', ('vx', 'vy', 'vz')) if channel.type_name == SETPOINT else ('position', ('x', 'y', 'z'))
+    first = places.get(whole)
+    at = [first + 4 * axis for axis in range(3)] if first is not None else [places.get(name, 0) for name in single]
     if 'timestamp' not in places or not all(at):
         return None
     frame = next(((places[name], ned) for name, ned in NED.items() if name in places), None)
@@ -56,17 +58,20 @@ def layout(channel: Channel) -> MessageLayout | None:
     return MessageLayout(places['timestamp'], (at[0], at[1], at[2]), frame, valid, size)
 
 
-# From this size on a VehicleOdometry, and a VehicleStatus, is of px4_msgs before 1.14.
-OLDER_ODOMETRY_BYTES, OLDER_STATUS_BYTES = 200, 100
+# From this size on a VehicleOdometry, a VehicleStatus and a TrajectorySetpoint is of px4_msgs before 1.14.
+OLDER_ODOMETRY_BYTES, OLDER_STATUS_BYTES, OLDER_SETPOINT_BYTES = 200, 100, 80
 
 
 def known_layout(type_name: str, size: int) -> MessageLayout:
     """Of messages that a bag does not define, as px4_msgs 1.13 to 1.18 have them.
 
     Args:
-        type_name: of TYPES.
+        type_name: of TYPES, or SETPOINT.
         size: of a message in bytes, by which the versions differ.
     """
+    if type_name == SETPOINT:
+        at = 32 if size >= OLDER_SETPOINT_BYTES else 24
+        return MessageLayout(4, (at, at + 4, at + 8), None, (), at + 12)
     if type_name == TYPES[1]:
         return MessageLayout(4, (24, 28, 32), None, (20, 21), 36)
     return MessageLayout(4, (24, 28, 32), (20, NED['local_frame' if size >= OLDER_ODOMETRY_BYTES else 'pose_frame']), (), 36)

@@ -9,7 +9,7 @@ from typing import NamedTuple
 from advise_ros.core.errors import LogError
 from advise_ros.recording import px4
 from advise_ros.recording.climbs import those_that_fly
-from advise_ros.recording.columns import ON_EARTH
+from advise_ros.recording.columns import ON_EARTH, POSITION_TARGET
 from advise_ros.recording.states import EVENT_OF, STATES
 
 # ArduPilot's DDS sends positions east-north-up from its origin and calls their frame base_link all the same.
@@ -21,7 +21,9 @@ POSE_TYPES = (
     'geometry_msgs/msg/TransformStamped', *px4.TYPES, FRAME_TYPE, *ON_EARTH,
 )
 STAMPED, PLAIN = 'geometry_msgs/msg/TwistStamped', 'geometry_msgs/msg/Twist'
-COMMAND_TYPES = (STAMPED, PLAIN)
+# Setpoints of MAVROS and PX4, where they ask for a velocity.
+SETPOINT_TYPES = (POSITION_TARGET, px4.SETPOINT)
+COMMAND_TYPES = (STAMPED, PLAIN, *SETPOINT_TYPES)
 POLICY_TYPE = 'advise_msgs/msg/FlightStatus'
 # Where positions are looked for: those of an earlier row before those of a later one.
 POSITIONS = (
@@ -30,7 +32,7 @@ POSITIONS = (
     ('pose', 'odom', *ARDUPILOT_POSES, *px4.TOPICS),
     ('global_position/global', 'geopose/filtered', 'navsat', 'fix'),
 )
-COMMANDS = ('cmd_vel', 'cmd_vel_unstamped')
+COMMANDS, SETPOINTS = ('cmd_vel', 'cmd_vel_unstamped'), ('setpoint_raw/local', 'fmu/in/trajectory_setpoint')
 # Nodes that stand between a vehicle's namespace and its topics.
 BRIDGES = ('mavros', 'uas')
 # A topic so named says where something shall be, not where the vehicle is.
@@ -42,7 +44,7 @@ class BagTopics(NamedTuple):
 
     Attributes:
         pose: of positions; () for those in POSITIONS, or else any topic with positions.
-        command: of commanded velocities, '' for COMMANDS.
+        command: of commanded velocities, '' for COMMANDS, or else SETPOINTS.
         status: of the vehicle's state, '' as recording/states.py says.
         policy: of a policy's flights.
         required: which of 'command' and 'status' the bag must have.
@@ -139,7 +141,8 @@ def choose_topics(path: object, held: Mapping[str, Held], asked: BagTopics) -> C
         there = {topic: one.messages for topic, one in held.items() if one.type_name in kinds and one.messages}
         return _beside(pose, names, there, others)
 
-    command = beside((asked.command,) if asked.command else COMMANDS, COMMAND_TYPES)
+    commands = ((asked.command,),) if asked.command else (COMMANDS, SETPOINTS)
+    command = next(filter(None, (beside(names, COMMAND_TYPES) for names in commands)), '')
     states = [((asked.status,), EVENT_OF)] if asked.status else [((name,), (kind,)) for kind, name in STATES]
     status = next(filter(None, (beside(*state) for state in states)), '')
     for kind, topic in (('command', command), ('status', status)):

@@ -28,6 +28,12 @@ GEOGRAPHIC = {
 }
 for kind, text in GEOGRAPHIC.items():
     STORE.register(get_types_from_msg(text, f'geographic_msgs/msg/{kind}'))
+# As mavros_msgs has it.
+STORE.register(get_types_from_msg(
+    'std_msgs/Header header\nuint8 coordinate_frame\nuint8 FRAME_LOCAL_NED = 1\nuint16 type_mask\ngeometry_msgs/Point position\n'
+    'geometry_msgs/Vector3 velocity\ngeometry_msgs/Vector3 acceleration_or_force\nfloat32 yaw\nfloat32 yaw_rate\n',
+    'mavros_msgs/msg/PositionTarget',
+))
 Entry = tuple[str, Any, int]
 
 
@@ -68,6 +74,15 @@ def command(stamp_ns: int, velocity: Sequence[float], frame_id: str = 'map') -> 
 
 def plain_command(velocity: Sequence[float]) -> Any:
     return make('geometry_msgs/msg/Twist', linear=vector(*velocity), angular=vector(0, 0, 0))
+
+
+def position_target(stamp_ns: int, velocity: Sequence[float], frame: int = 1, ignored: int = 7, frame_id: str = 'map') -> Any:
+    """MAVROS's setpoint; `ignored`: bits of what to leave out, by default the position."""
+    return make(
+        'mavros_msgs/msg/PositionTarget', header=header(stamp_ns, frame_id), coordinate_frame=frame, type_mask=ignored,
+        position=vector(99.0, 98.0, 97.0, kind='Point'), velocity=vector(*velocity), acceleration_or_force=vector(0, 0, 0),
+        yaw=0.0, yaw_rate=0.0,
+    )
 
 
 def transform(stamp_ns: int, position: Sequence[float], frame_id: str, child: str, yaw_rad: float = 0.0) -> Any:

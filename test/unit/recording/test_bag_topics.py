@@ -29,6 +29,7 @@ from support.ros_bags import (
     odometry,
     plain_command,
     pose,
+    position_target,
     status,
     transform,
 )
@@ -335,3 +336,33 @@ def test_positions_in_metres_go_before_places_on_the_earth_and_those_are_not_nam
     found = read_bag(path, place=HILL)
     assert chosen(found)[0] == f'{MAVROS}/pose' and not found.notes
     assert chosen(read_bag(path, BagTopics(pose=('global_position/global',)), place=HILL))[0] == '/mavros/global_position/global'
+
+
+# -- setpoints -------------------------------------------------------------------------------------
+def setpoints(topic: str = '/mavros/setpoint_raw/local', **fields: Any) -> list[Entry]:
+    return [(topic, position_target(stamp_ns, velocity, **fields), stamp_ns) for stamp_ns, velocity in COMMANDS]
+
+
+@pytest.mark.parametrize('frame_id', ['map', '', 'base_link_frd'])
+def test_velocities_of_mavros_raw_setpoints_are_commands(tmp_path: Path, frame_id: str) -> None:
+    found = read_bag(bag(tmp_path / 'raw', positions(f'{MAVROS}/pose') + setpoints(frame_id=frame_id)))
+    assert chosen(found)[1] == '/mavros/setpoint_raw/local'
+    assert flown_as_commanded(found)
+    assert not found.notes
+
+
+@pytest.mark.parametrize(('fields', 'note'), [
+    ({'ignored': 0b111000}, f'{len(COMMANDS)} of {len(COMMANDS)} setpoints on /mavros/setpoint_raw/local ask for no velocity'),
+    ({'frame': 8}, f"{len(COMMANDS)} commands in frame 'MAV_FRAME 8' are not in 'map' and were not used"),
+])
+def test_raw_setpoints_of_another_kind_are_left_out_with_a_note(tmp_path: Path, fields: dict[str, Any], note: str) -> None:
+    found = read_bag(bag(tmp_path / 'raw', positions(f'{MAVROS}/pose') + setpoints(**fields)))
+    assert not len(found.commands.stamps_ns)
+    assert any(one.startswith(note) for one in found.notes), found.notes
+
+
+def test_velocity_commands_go_before_raw_setpoints(tmp_path: Path) -> None:
+    velocity = '/mavros/setpoint_velocity/cmd_vel'
+    found = read_bag(bag(tmp_path / 'both', positions(f'{MAVROS}/pose') + setpoints(ignored=0b111000) + commanded(velocity)))
+    assert chosen(found)[1] == velocity
+    assert flown_as_commanded(found)

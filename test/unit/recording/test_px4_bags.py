@@ -148,3 +148,61 @@ def test_a_bag_without_definitions_is_read_by_the_known_layouts(
     assert (found.poses.positions_enu_m == np.stack([EAST, NORTH, UP], axis=1)).all()
     assert (found.events[0].armed, found.events[0].mode) == (True, 'OFFBOARD')
     assert f'does not define {kind}' in ' '.join(found.notes)
+
+
+NEW_SETPOINT = """uint64 timestamp
+float32[3] position
+float32[3] velocity
+float32[3] acceleration
+float32[3] jerk
+float32 yaw
+float32 yawspeed
+"""
+OLD_SETPOINT = """uint64 timestamp
+float32 x
+float32 y
+float32 z
+float32 yaw
+float32 yawspeed
+float32 vx
+float32 vy
+float32 vz
+float32[3] acceleration
+float32[3] jerk
+float32[3] thrust
+"""
+
+
+@pytest.mark.parametrize('defined', [True, False])
+@pytest.mark.parametrize(('text', 'velocity_at', 'size'), [(NEW_SETPOINT, 24, 68), (OLD_SETPOINT, 32, 80)])
+def test_velocities_of_trajectory_setpoints_are_commands(
+    tmp_path: Path, defined: bool, text: str, velocity_at: int, size: int,
+) -> None:
+    """Every other one asks for a position only: these are left out with a note."""
+    path, kind = tmp_path / 'flight.mcap', 'px4_msgs/msg/TrajectorySetpoint'
+    with path.open('wb') as stream:
+        writer = McapWriter(stream)
+        writer.start('ros2')
+        schema = writer.register_schema(ODOMETRY, 'ros2msg', NEW_ODOMETRY.encode())
+        positions = writer.register_channel('/fmu/out/vehicle_odometry', 'cdr', schema)
+        schema = writer.register_schema(kind, 'ros2msg' if defined else '', text.encode() if defined else b'')
+        setpoints = writer.register_channel('/fmu/in/trajectory_setpoint', 'cdr', schema)
+        for stamp_ns, east, north, up in zip(STAMPS_NS.tolist(), EAST, NORTH, UP, strict=True):
+            data = bytearray(60)
+            struct.pack_into('<4xQ8xB3x3f', data, 0, stamp_ns // 1000, 1, north, east, -up)
+            data[1] = 1
+            writer.add_message(positions, stamp_ns, bytes(data), stamp_ns)
+        for number, (stamp_ns, velocity) in enumerate(zip(*FLOWN.commands, strict=True)):
+            data = bytearray(size)
+            struct.pack_into('<4xQ', data, 0, int(stamp_ns) // 1000)
+            east, north, _ = velocity if number % 2 == 0 else (np.nan,) * 3
+            struct.pack_into('<3f', data, velocity_at, north, east, np.nan)
+            data[1] = 1
+            writer.add_message(setpoints, int(stamp_ns), bytes(data), int(stamp_ns))
+        writer.finish()
+    found = read_bag(path)
+    expected = FLOWN.commands.velocities_enu_m_s.astype(np.float32)[::2] * [1, 1, 0]
+    assert (found.commands.velocities_enu_m_s == expected).all()
+    left_out = len(FLOWN.commands.stamps_ns) // 2
+    assert f'{left_out} of {len(FLOWN.commands.stamps_ns)} setpoints on /fmu/in/trajectory_setpoint' in ' '.join(found.notes)
+    assert ('does not define' in ' '.join(found.notes)) is not defined
