@@ -35,6 +35,7 @@ from advise_ros.core.demonstrations.recorded_flights import demonstrations_of  #
 from advise_ros.core.demonstrations.samples import Recording  # noqa: E402
 from advise_ros.core.learning.session import Session  # noqa: E402
 from advise_ros.core.people.simulated_expert import SimulatedExpert  # noqa: E402
+from advise_ros.recording.bagrecords import RECORDS_TOPIC  # noqa: E402
 from advise_ros.recording.definitions import definition  # noqa: E402
 from advise_ros.recording.gridfile import load_grid  # noqa: E402
 from advise_ros.recording.storage import open_source  # noqa: E402
@@ -46,8 +47,8 @@ from advise_ros.settings import learn_settings  # noqa: E402
 from support.session_bag import GRID, SOURCE, SessionBag, session_bag  # noqa: E402
 
 DEMO = ('--flights', '2', '--answers', '2', '--seed', '3')
-# Diagnostics, the battery and pictures for RViz would double the size, and no replay needs them.
-LEFT_OUT = ('/diagnostics', '/battery_state', '/advise/markers', '/advise/uncertainty', '/advise/reward')
+# The records are written again; diagnostics, the battery and pictures for RViz would double the size, and no replay needs them.
+LEFT_OUT = (RECORDS_TOPIC, '/diagnostics', '/battery_state', '/advise/markers', '/advise/uncertainty', '/advise/reward')
 ANSWERS = 3
 SMALL_CHUNK = 4000
 MOST_FLIGHTS, MOST_SEEDS = 12, 50

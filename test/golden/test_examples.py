@@ -36,7 +36,7 @@ def test_a_policy_is_learnt_from_a_file(tmp_path: Path) -> None:
     subprocess.run([ROOT / 'advise', *made], cwd=ROOT, check=True, capture_output=True)
     said = run('learn_from_file.py', demonstrations)
     assert len(re.findall(r'^   (?:[<>v^] ?){6}$', said, re.MULTILINE)) == 4 * 6
-    assert said.rstrip().endswith('?')
+    assert re.search(r'^Flying to waypoint \d: .*\?', said, re.MULTILINE)
 
 
 def test_answers_bring_the_policy_to_the_last_waypoint() -> None:
@@ -58,7 +58,7 @@ def test_a_domain_of_ones_own_is_learnt() -> None:
 
 def test_an_acquisition_of_ones_own_asks_otherwise() -> None:
     usual, own = (line.partition(': ')[2] for line in run('own_acquisition.py').splitlines())
-    assert usual.endswith('?') and own.endswith('?') and usual != own
+    assert '?' in usual and '?' in own and usual != own
 
 
 @pytest.mark.parametrize('example', sorted(path.name for path in EXAMPLES.glob('*.py')))

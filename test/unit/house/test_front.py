@@ -15,7 +15,8 @@ from advise_ros.missing_packages import MODULES as NEEDED
 from advise_ros.missing_packages import remedy
 from support.paths import ROOT
 
-WAIT = "import signal; print('here', flush=True); signal.pause()"
+# Not signal.pause(): a signal that comes right before it would be waited for in vain.
+WAIT = "import itertools, time; print('here', flush=True); [time.sleep(0.05) for _ in itertools.count()]"
 MODULES = {
     'slow_to_read': f'{WAIT}\ndef main():\n    raise AssertionError',
     'at_work': f'def main():\n    {WAIT}',
