@@ -10,6 +10,7 @@ from advise_ros.mavlink import messages as mav
 from advise_ros.mavlink import preflight
 from advise_ros.mavlink.companion import Companion, Settings, Status
 from advise_ros.mavlink.estimator_check import EstimatorWatch
+from advise_ros.mavlink.exchange import exchange
 from advise_ros.mavlink.findings import Change
 from advise_ros.mavlink.link import Link
 from advise_ros.mavlink.readings import Readings
@@ -163,18 +164,12 @@ class CheckedVehicle:
             time.sleep(TURN_S)
 
     def _turn(self) -> None:
-        for received in self.link.poll():
-            if self._companion.observe(received.message, received.at_s, received.source):
-                self.link.answer_to(received.source)
-                self._take(received.message, received.at_s)
-        now_s, target = time.monotonic(), self._companion.vehicle.target
-        out = self._companion.step(now_s, self.link.problem or self.link.doubt)
-        if target is not None:
-            out += self._own_requests(target, now_s)
-        for message in out:
-            self.link.send(message)
+        exchange(self.link, self._companion, self._take, self._own_requests)
 
-    def _own_requests(self, target: tuple[int, int], now_s: float) -> list[mav.Message]:
+    def _own_requests(self, now_s: float) -> list[mav.Message]:
+        target = self._companion.vehicle.target
+        if target is None:
+            return []
         out: list[mav.Message] = []
         if self._estimator is not None and now_s - self._asked_s >= ASK_S:
             self._asked_s = now_s

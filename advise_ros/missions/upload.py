@@ -6,9 +6,10 @@ import time
 from collections.abc import Callable
 
 from advise_ros.core.errors import AdviseError, InputError
-from advise_ros.mavlink import messages as mav
 from advise_ros.mavlink.companion import Companion, Settings, Status
+from advise_ros.mavlink.exchange import exchange
 from advise_ros.mavlink.link import Link
+from advise_ros.mavlink.messages import Message
 from advise_ros.mavlink.mission_transfer import MissionTransfer, WireItem
 from advise_ros.missions.items import OF_THE_SEA, WAYPOINT, MissionItem, items_of
 from advise_ros.missions.mission import FlightMission
@@ -114,17 +115,14 @@ class _Upload:
             time.sleep(TURN_S)
 
     def _turn(self) -> None:
-        for received in self._link.poll():
-            if self._companion.observe(received.message, received.at_s, received.source):
-                self._link.answer_to(received.source)
-                if self._transfer is not None:
-                    self._transfer.observe(received.message)
-        now_s = time.monotonic()
-        out: list[mav.Message] = self._companion.step(now_s, self._link.problem or self._link.doubt)
+        exchange(self._link, self._companion, self._take, self._due)
+
+    def _take(self, message: Message, at_s: float) -> None:
         if self._transfer is not None:
-            out += self._transfer.step(now_s)
-        for message in out:
-            self._link.send(message)
+            self._transfer.observe(message)
+
+    def _due(self, now_s: float) -> list[Message]:
+        return [] if self._transfer is None else self._transfer.step(now_s)
 
 
 def _on_the_wire(item: MissionItem) -> WireItem:

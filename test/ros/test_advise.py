@@ -81,7 +81,7 @@ def check_query(asked: AdviceQuery, policy: Policy) -> None:
     assert asked.uncertainty == pytest.approx((asked.demonstration_uncertainty + asked.policy_uncertainty) / 2, rel=1e-5)
     assert sum(asked.demonstrated) == pytest.approx(1.0, abs=1e-5) and sum(asked.policy) == pytest.approx(1.0, abs=1e-5)
     assert list(asked.answered_before) == []
-    assert asked.question.endswith('?')
+    assert '?' in asked.question
 
 
 def check_pictures(graph: Graph, asked: AdviceQuery) -> None:

@@ -74,7 +74,7 @@ def test_a_person_answers_from_the_terminal(graph: Graph, grid_file: str) -> Non
     shown = graph.run('answer')
     assert shown.popen.returncode == 0
     assert f'Query {number}: ' in shown.text and 'No answers so far.' in shown.text
-    assert f'./advise answer --query {number} --prefer east --avoid north,south,west' in shown.text
+    assert f'./advise answer --query {number} --prefer RIGHT --avoid WRONG' in shown.text
     taken = graph.run('answer', '--query', number, '--prefer', 'north', '--avoid', 'east,S', '--expert', 'anna')
     assert (taken.popen.returncode, taken.out[-1]) == (0, 'accepted as answer 1: noted')
     refused = graph.run('answer', '--query', number, '--skip')
