@@ -9,6 +9,7 @@ from pathlib import Path
 
 import yaml
 
+from advise_ros.command_line import CommandParser
 from advise_ros.core.errors import AdviseError, InputError
 from advise_ros.core.grid.grid import Grid
 from advise_ros.exits import INTERRUPTED, OK, fail
@@ -111,7 +112,7 @@ def _heading(text: str) -> float | None:
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
+    parser = CommandParser(
         prog='grid', description=__doc__, epilog=EPILOG, formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     what = parser.add_subparsers(dest='what', required=True, metavar='from | show')

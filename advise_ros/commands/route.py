@@ -10,6 +10,7 @@ from typing import Any
 import rclpy
 from rclpy.signals import SignalHandlerOptions
 
+from advise_ros.command_line import CommandParser
 from advise_ros.core.errors import AdviseError, InputError
 from advise_ros.core.grid.grid import Grid
 from advise_ros.exits import INTERRUPTED, OK, VERDICT_NO, fail
@@ -101,7 +102,7 @@ def _of_graph(argv: Sequence[str]) -> Any:
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
+    parser = CommandParser(
         prog='route', description=__doc__, epilog=EPILOG, formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     what = parser.add_subparsers(dest='what', required=True, metavar='export | upload')

@@ -172,10 +172,10 @@ def test_hold_works_from_anywhere_and_tells_what_came_of_it(graph: Graph, browse
 
     anna = Person(browser, address)
     anna.press(' ')  # The page is live, so this arrives.
-    anna.shows('note', 'Hold: nobody serves /policy/stop; is its node running?')
+    anna.shows('note', 'HOLD: nobody serves /policy/stop; is its node running?')
     graph.in_node_thread(lambda: graph.node.create_service(Trigger, 'policy/stop', hold))
     anna.hold_until(lambda: bool(held))
-    anna.shows('note', 'Hold: holding.')
+    anna.shows('note', 'HOLD: holding.')
     anna.page.get_by_label('Your name').press(' ')  # In a text field a space is a space.
     anna.page.get_by_label('Your name').blur()
     anna.rests()

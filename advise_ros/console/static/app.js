@@ -317,7 +317,7 @@ export default {
         hold: t('HOLD'), fly: t('Fly the policy'), takeoff: t('Take off'), land: t('Land'), take_over: t('Take over'), undo: t('Take back'), retract: t('Take back'),
         record_start: t('Record'), record_stop: t('Stop'), record_discard: t('Discard'),
       }[name];
-      this.tell(`${what}: ${reply.message}.`, !reply.ok);
+      this.tell(`${what}: ${reply.message}${/[.?!]$/.test(reply.message) ? '' : '.'}`, !reply.ok);
       return reply;
     },
     async retract(advice) {

@@ -53,7 +53,7 @@ def test_the_learner_asks_again_with_its_reason_and_the_second_answer_corrects_t
     learned = learn(CORRIDOR, settings, flown, (slip,))
     assert learned.query is not None
     assert learned.query.states == first.states
-    assert 'you answered WEST, but 0 of 36 moves there went that way' in learned.query.question
+    assert 'You answered WEST, but 0 of 36 moves there went that way' in learned.query.question
     right = record(2, first.states, (EAST,), (WEST,))
     corrected = learn(CORRIDOR, settings, flown, (slip, right))
     assert corrected.query is None
