@@ -10,7 +10,7 @@ from advise_ros.mavlink import messages as mav
 from advise_ros.mavlink import preflight
 from advise_ros.mavlink.companion import Companion, Settings, Status
 from advise_ros.mavlink.estimator_check import EstimatorWatch
-from advise_ros.mavlink.exchange import exchange
+from advise_ros.mavlink.exchange import exchange, serve_until
 from advise_ros.mavlink.findings import Change
 from advise_ros.mavlink.link import Link
 from advise_ros.mavlink.readings import Readings
@@ -158,10 +158,7 @@ class CheckedVehicle:
     # -- the link -----------------------------------------------------------------------------
     def _until(self, condition: Callable[[], bool], seconds: float) -> None:
         """Serve the link until a condition holds or the time is over."""
-        end_s = time.monotonic() + seconds
-        while not condition() and time.monotonic() < end_s:
-            self._turn()
-            time.sleep(TURN_S)
+        serve_until(condition, self._turn, seconds, TURN_S)
 
     def _turn(self) -> None:
         exchange(self.link, self._companion, self._take, self._own_requests)

@@ -28,3 +28,18 @@ def exchange(
     now_s = time.monotonic()
     for message in [*companion.step(now_s, link.problem or link.doubt), *due(now_s)]:
         link.send(message)
+
+
+def serve_until(condition: Callable[[], bool], turn: Callable[[], object], seconds: float, turn_s: float) -> None:
+    """Take turns until a condition holds or the time is over.
+
+    Args:
+        condition: asked before each turn.
+        turn: one of them.
+        seconds: of steady time at most.
+        turn_s: pause after each.
+    """
+    end_s = time.monotonic() + seconds
+    while not condition() and time.monotonic() < end_s:
+        turn()
+        time.sleep(turn_s)

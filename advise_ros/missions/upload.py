@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 from advise_ros.core.errors import AdviseError, InputError
 from advise_ros.mavlink.companion import Companion, Settings, Status
-from advise_ros.mavlink.exchange import exchange
+from advise_ros.mavlink.exchange import exchange, serve_until
 from advise_ros.mavlink.link import Link
 from advise_ros.mavlink.messages import Message
 from advise_ros.mavlink.mission_transfer import MissionTransfer, WireItem
@@ -105,14 +105,11 @@ class _Upload:
         return f'vehicle {target[0] if target else 0} ({self._companion.vehicle.name})'
 
     def _is_flown(self) -> bool:
-        status = self._companion.status(time.monotonic())
+        status = self._status
         return status.armed and status.mode.upper() in MISSION_MODES
 
     def _until(self, condition: Callable[[], bool], seconds: float) -> None:
-        end_s = time.monotonic() + seconds
-        while not condition() and time.monotonic() < end_s:
-            self._turn()
-            time.sleep(TURN_S)
+        serve_until(condition, self._turn, seconds, TURN_S)
 
     def _turn(self) -> None:
         exchange(self._link, self._companion, self._take, self._due)
