@@ -357,3 +357,49 @@ class LoggerConfig:
         50, 'with less than this free on its disk the bag is finished and an alarm raised; 0: go on until the disk is full',
         low=0, high=1_048_576,
     )
+
+
+NODES: Mapping[str, type[Any]] = {
+    'recorder': RecorderConfig, 'advise': AdviseConfig, 'policy': PolicyConfig, 'mavlink_bridge': MavlinkBridgeConfig,
+    'guard': GuardConfig, 'simulator': SimulatorConfig, 'pilot': PilotConfig, 'teleop': TeleopConfig, 'expert': ExpertConfig,
+    'logger': LoggerConfig, 'console': ConsoleConfig,
+}
+
+# -- parameters that may be set while a node runs --------------------------------------------
+AT_ONCE, NEXT_FLIGHT, NEXT_QUESTION = 'at once', 'from the next flight on', 'at once, with the next question'
+_CHECKS = {name: AT_ONCE for name in ('max_speed_m_s', 'max_climb_m_s', 'max_yaw_rate_rad_s', 'max_acceleration_m_s2', 'rate_hz')}
+# Node -> parameter -> from when on a new value counts.
+LIVE: Mapping[str, Mapping[str, str]] = {
+    'policy': {
+        'speed_m_s': NEXT_FLIGHT, 'climb_m_s': NEXT_FLIGHT, 'step_budget_factor': NEXT_FLIGHT, 'stop_on_loop': NEXT_FLIGHT,
+        'start_reach_m': NEXT_FLIGHT, 'give_up_s': AT_ONCE,
+    },
+    'advise': {'enough': NEXT_QUESTION, 'budget': NEXT_QUESTION, 'demonstrations_min': AT_ONCE},
+    'mavlink_bridge': _CHECKS,
+    'guard': _CHECKS,
+}
+# Nodes with a life cycle take all others while they are unconfigured, but for what they need before.
+MANAGED = ('policy', 'guard', 'mavlink_bridge')
+BEFORE_CONFIGURE = ('autostart', 'clock')
+
+
+def live(config_class: type[Any]) -> Mapping[str, str]:
+    """Parameters that may be set while the node runs -> from when on a new value counts."""
+    return LIVE.get(_node_of(config_class), {})
+
+
+def counts_from(config_class: type[Any], name: str) -> str:
+    """From when on a new value of a parameter counts, for people."""
+    when = live(config_class).get(name)
+    if when is not None:
+        return when
+    return 'read at configure' if at_configure(config_class, name) else 'read at the start'
+
+
+def at_configure(config_class: type[Any], name: str) -> bool:
+    """Whether a parameter is read when its node is configured, and so may be set before."""
+    return _node_of(config_class) in MANAGED and name not in BEFORE_CONFIGURE
+
+
+def _node_of(config_class: type[Any]) -> str:
+    return next((name for name, owner in NODES.items() if owner is config_class), '')

@@ -15,12 +15,6 @@ from typing import Any
 from advise_ros import config
 
 ROOT = Path(__file__).parent.parent
-NODES: dict[str, type[Any]] = {
-    'recorder': config.RecorderConfig, 'advise': config.AdviseConfig, 'policy': config.PolicyConfig,
-    'mavlink_bridge': config.MavlinkBridgeConfig, 'guard': config.GuardConfig, 'simulator': config.SimulatorConfig,
-    'pilot': config.PilotConfig, 'teleop': config.TeleopConfig, 'expert': config.ExpertConfig,
-    'logger': config.LoggerConfig, 'console': config.ConsoleConfig,
-}
 YAML_HEAD = """\
 # Every node's parameters with their defaults: copy, edit and start nodes with it,
 #   ros2 run advise_ros policy --ros-args --params-file my.yaml
@@ -44,8 +38,15 @@ $ ./advise policy --help                                      # the same list in
 
 - A name that is not known or a value out of range stops the node at its start; the sentence names the allowed range.
   Both ends of a range are allowed.
-- Parameters are read at the start: `ros2 param describe` shows ranges, `ros2 param dump` writes a file for `--params-file`,
-  `ros2 param set` is refused. Start the node again to change one.
+- The column "set" says from when on `ros2 param set` counts. What is read at configure (nodes with a life cycle) is taken while
+  the node is unconfigured (`ros2 lifecycle set /policy deactivate`, then `cleanup`, set it, `configure`, `activate`), what is
+  read at the start only then; elsewhere it is refused, with the way to do it. A bag holds every change, and replay makes it again.
+- `ros2 param describe` shows meaning, range and whether a parameter is read-only, `ros2 param dump` writes a file for
+  `--params-file`.
+- Profiles: `qos_overrides./TOPIC.publisher.reliability` (or `subscription`; `history`, `depth`) changes that of a topic, named
+  as `ros2 topic list` shows it. One that fits nothing the node opens is an error.
+- In a file, what stands below a name with a wildcard (`/**`) goes to each node that has such a parameter. A key that is no
+  node's name but nearly one, or a file without anything for the node, is warned of.
 - "Steady time" runs on when the system's or the simulation's clock is set; all other times are those of the ROS clock.
 - Every node also takes `use_sim_time` and `service_introspection`: `off`, `metadata` or `contents` of its service calls are
   published, and so recorded.
@@ -62,7 +63,7 @@ UNITS = {
 
 def parameter_file() -> str:
     """The text of config/advise.yaml."""
-    return YAML_HEAD + ''.join(_yaml_of_node(name, owner) for name, owner in NODES.items())
+    return YAML_HEAD + ''.join(_yaml_of_node(name, owner) for name, owner in config.NODES.items())
 
 
 def _yaml_of_node(name: str, owner: type[Any]) -> str:
@@ -85,21 +86,21 @@ def _yaml_value(spec: Field[Any]) -> str:
 
 def parameter_page() -> str:
     """The text of docs/parameters.md."""
-    contents = 'Nodes: ' + ', '.join(f'[{name}](#{name})' for name in NODES) + '.\n'
-    return PAGE_HEAD + contents + ''.join(_table_of_node(name, owner) for name, owner in NODES.items())
+    contents = 'Nodes: ' + ', '.join(f'[{name}](#{name})' for name in config.NODES) + '.\n'
+    return PAGE_HEAD + contents + ''.join(_table_of_node(name, owner) for name, owner in config.NODES.items())
 
 
 def _table_of_node(name: str, owner: type[Any]) -> str:
     purpose = owner.__doc__.split('\n')[0].split(': ')[-1].removeprefix(f'/{name}, ')
     head = f'\n## {name}\n\n{purpose[0].upper()}{purpose[1:]}\n\n'
-    head += '| parameter | default | allowed | unit | meaning |\n| --- | --- | --- | --- | --- |\n'
-    return head + ''.join(_row(spec) for spec in fields(owner))
+    head += '| parameter | default | allowed | unit | set | meaning |\n| --- | --- | --- | --- | --- | --- |\n'
+    return head + ''.join(_row(owner, spec) for spec in fields(owner))
 
 
-def _row(spec: Field[Any]) -> str:
+def _row(owner: type[Any], spec: Field[Any]) -> str:
     allowed = config.range_text(spec).replace(' | ', ' or ')
     unit = next((unit for suffix, unit in UNITS.items() if spec.name.endswith(suffix)), '')
-    return f'| `{spec.name}` | `{_yaml_value(spec)}` | {allowed} | {unit} | {spec.metadata["doc"]} |\n'
+    return f'| `{spec.name}` | `{_yaml_value(spec)}` | {allowed} | {unit} | {config.counts_from(owner, spec.name)} | {spec.metadata["doc"]} |\n'
 
 
 def main() -> int:

@@ -6,7 +6,6 @@ from collections.abc import Callable
 from functools import partial
 
 from rclpy.callback_groups import ReentrantCallbackGroup
-from rclpy.node import Node
 from rclpy.task import Future
 from std_srvs.srv import Trigger
 
@@ -21,9 +20,10 @@ from advise_ros.core.learning.session import Session
 from advise_ros.core.site.prior import SitePrior
 from advise_ros.nodes.route_grid import grid_of
 from advise_ros.recording.demofile import load_demonstrations
-from advise_ros.recording.savedsession import SavedSession
+from advise_ros.recording.savedsession import LiveSession, SavedSession
 from advise_ros.recording.sitefile import begin_site, save_site, site_text
-from advise_ros.ros import calls, convert, convert_advice, diagnostics, parameters, preview, qos, run
+from advise_ros.ros import calls, convert, convert_advice, diagnostics, preview, qos, run
+from advise_ros.ros.configured import ConfiguredNode
 from advise_ros.ros.learner_topics import LearnerTopics, Result, result_of
 from advise_ros.ros.worker import Finished, Worker
 from advise_ros.settings import learn_settings
@@ -38,7 +38,7 @@ def compare(grid: Grid, flights: tuple[Demonstration, ...], seed: int, prior: Si
     return two_people_in_words(grid, flights, seed, prior)
 
 
-class AdviseNode(Node):
+class AdviseNode(ConfiguredNode):
     """Learns a route from demonstrations, asks about what it is unsure of, and learns from the answers.
 
     Listens to `demonstration`; one without moves takes the earlier one with its id back (`recorder/discard`), and
@@ -63,11 +63,11 @@ class AdviseNode(Node):
 
     def __init__(self) -> None:
         super().__init__('advise')
-        self.config = parameters.load(self, AdviseConfig)
+        self.config = self.load(AdviseConfig)
         self._diagnostics = diagnostics.Diagnostics(self)
         grid = grid_of(self, self.config)
         site = begin_site(self.config.site_map_file, self.config.site_map_out, grid)
-        session = Session(grid, learn_settings(self.config), self.config.budget, site.prior)
+        session = LiveSession(grid, learn_settings(self.config), self.config.budget, site.prior)
         self._saved = SavedSession(session, self.config.session_file)
         self._topics = LearnerTopics(self)
         self._topics.site_prior(site_text(site.prior))
@@ -75,6 +75,7 @@ class AdviseNode(Node):
         self._learned: Learned | None = None
         self._learning = False
         self._learning_size: tuple[int, int] = (0, 0)
+        self._change = 0  # Counts changes of what is learnt by.
         self._failure = ''
         self._failed_at: tuple[int, int] | None = None
         self._refused = self._not_kept = self._two_people = ''
@@ -89,7 +90,7 @@ class AdviseNode(Node):
         self._learn()
 
     @property
-    def _session(self) -> Session:
+    def _session(self) -> LiveSession:
         return self._saved.session
 
     def close(self) -> None:
@@ -153,8 +154,15 @@ class AdviseNode(Node):
         work = self._session.snapshot() if self._enough and not self._learning and self._failed_at != self._size else None
         if work is not None:
             self._learning, self._learning_size = True, self._size
-            self._worker.submit(partial(result_of, work, self._session.budget_left), self._on_learned)
+            self._worker.submit(partial(result_of, work, self._session.budget_left), partial(self._on_learned, self._change))
         self._tell()
+
+    def changed(self, names: frozenset[str]) -> None:
+        """Whatever is published from now on is learnt by the new values, so a replay knows what was learnt by which."""
+        if names & {'enough', 'budget'}:
+            self._session.change(learn_settings(self.config), self.config.budget)
+            self._change, self._failed_at = self._change + 1, None
+        self._learn()
 
     @property
     def _enough(self) -> bool:
@@ -169,9 +177,11 @@ class AdviseNode(Node):
         """What came to learn from, what was taken back included; both only grow."""
         return len(self._session.demonstrations), len(self._session.log)
 
-    def _on_learned(self, finished: Finished) -> None:
+    def _on_learned(self, change: int, finished: Finished) -> None:
         self._learning = False
-        if finished.error is not None:
+        if change != self._change:
+            pass  # By parameters that were changed meanwhile: it is learnt anew.
+        elif finished.error is not None:
             self._on_failure(finished.error)
         elif self._session.adopt(finished.value.learned):
             self._failure, self._failed_at, self._solve_s = '', None, finished.value.solve_s

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import rclpy
 from rclpy.clock import Clock, ClockType
-from rclpy.node import Node
 
 from advise_ros import exits
 from advise_ros.config import ConsoleConfig
@@ -15,12 +14,13 @@ from advise_ros.console.protection import Gate
 from advise_ros.console.requests import RequestDispatcher
 from advise_ros.console.server import PageServer
 from advise_ros.recording.gridfile import load_grid
-from advise_ros.ros import diagnostics, parameters, run
+from advise_ros.ros import diagnostics, run
+from advise_ros.ros.configured import ConfiguredNode
 
 WATCH_S = 0.5
 
 
-class ConsoleNode(Node):
+class ConsoleNode(ConfiguredNode):
     """Serves a web page that shows the drone's question as a picture and takes the answer in one gesture.
 
     It prints an address with a random token; open it in a browser on this machine (from elsewhere:
@@ -40,7 +40,7 @@ class ConsoleNode(Node):
 
     def __init__(self) -> None:
         super().__init__('console')
-        self.config = parameters.load(self, ConsoleConfig)
+        self.config = self.load(ConsoleConfig)
         self._diagnostics = diagnostics.Diagnostics(self)
         grid = load_grid(self.config.grid_file) if self.config.grid_file else None
         bound = bind(self.config.port)

@@ -6,7 +6,6 @@ import sys
 
 import numpy as np
 from rclpy.clock import Clock, ClockType
-from rclpy.node import Node
 from rclpy.task import Future
 
 from advise_msgs.msg import AdviceQuery
@@ -19,14 +18,15 @@ from advise_ros.core.people.known_site import site_of
 from advise_ros.core.people.simulated_expert import SimulatedExpert
 from advise_ros.nodes.route_grid import grid_if_named, grid_of
 from advise_ros.recording.wishfile import load_wish
-from advise_ros.ros import calls, convert, convert_advice, diagnostics, parameters, qos, run
+from advise_ros.ros import calls, convert, convert_advice, diagnostics, qos, run
+from advise_ros.ros.configured import ConfiguredNode
 
 # How long to wait for the service to appear or to reply before trying again (steady time).
 RETRY_S = 0.25
 REPLY_TIMEOUT_S = 10.0
 
 
-class ExpertNode(Node):
+class ExpertNode(ConfiguredNode):
     """Answers `advise/query` by the service `advise/answer`, as a person with a known route would.
 
     It prefers the actions that are right in most of a question's cells and avoids those that are right in
@@ -41,7 +41,7 @@ class ExpertNode(Node):
 
     def __init__(self) -> None:
         super().__init__('expert')
-        self.config = parameters.load(self, ExpertConfig)
+        self.config = self.load(ExpertConfig)
         self._diagnostics = diagnostics.Diagnostics(self)
         named = grid_of if self.config.wish_file else grid_if_named  # A wish is about the cells of a grid file.
         self._grid = named(self, self.config)

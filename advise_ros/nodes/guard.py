@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import sys
 import time
+from dataclasses import replace
 
 from geometry_msgs.msg import PoseStamped, TwistStamped
 from rclpy.clock import Clock, ClockType
+from rclpy.timer import Timer
 from std_srvs.srv import Trigger
 
 from advise_ros.config import ChecksConfig, GuardConfig
@@ -17,7 +19,7 @@ from advise_ros.core.guard.fence import Fence, corners_from_text, fence_around
 from advise_ros.core.guard.monitor import GuardMonitor, MonitorSettings
 from advise_ros.core.units import MAP_FRAME, ZERO
 from advise_ros.recording.gridfile import load_grid
-from advise_ros.ros import diagnostics, parameters, qos, run
+from advise_ros.ros import diagnostics, qos, run
 from advise_ros.ros.arrival import ArrivalWatch
 from advise_ros.ros.change_log import ChangeLog, GuardLog
 from advise_ros.ros.convert import stamp_to_ns
@@ -48,8 +50,7 @@ def limits_of(config: ChecksConfig, grid: Grid | None) -> rules.Limits:
         max_speed_m_s=config.max_speed_m_s, max_climb_m_s=config.max_climb_m_s,
         max_yaw_rate_rad_s=config.max_yaw_rate_rad_s, braking_m_s2=config.braking_m_s2,
         command_timeout_s=config.command_timeout_s, pose_timeout_s=config.pose_timeout_s,
-        # What was made from a pose flies on until that is too old, and a tick and the vehicle's delay longer.
-        reaction_s=2.0 * (config.pose_timeout_s + 1.0 / config.rate_hz + config.vehicle_delay_s),
+        reaction_s=reaction_of(config),
         fence=_fence_of(config, grid),
     )
 
@@ -72,14 +73,51 @@ def _fence_of(config: ChecksConfig, grid: Grid | None) -> Fence | None:
     return Fence(corners, config.fence_low_m, config.fence_high_m)
 
 
-def monitor_of(config: ChecksConfig, limits: rules.Limits, *, lifts: bool = False) -> GuardMonitor:
+def monitor_of(config: ChecksConfig, limits: rules.Limits, *, lifts: bool = False) -> LiveMonitor:
     """The guard with its memory; `lifts`: it only commands a vehicle that is in the air."""
-    return GuardMonitor(limits, MonitorSettings(
+    return LiveMonitor(limits, MonitorSettings(
         config.max_acceleration_m_s2, config.jump_m, config.latch, config.vehicle_delay_s, config.return_inside, lifts,
     ))
 
 
-def renewed(monitor: GuardMonitor, config: ChecksConfig, limits: rules.Limits, *, lifts: bool = False) -> GuardMonitor:
+class LiveMonitor(GuardMonitor):
+    """A guard whose limits may change in flight; what it has received and doubts stays."""
+
+    def keep_to(self, limits: rules.Limits, max_acceleration_m_s2: float) -> None:
+        """Other limits from the next verdict on.
+
+        Args:
+            limits: with the fence as it was.
+            max_acceleration_m_s2: how fast a commanded velocity may grow.
+        """
+        self._given = limits
+        self._settings = replace(self._settings, max_acceleration_m_s2=max_acceleration_m_s2)
+
+
+def with_speeds(limits: rules.Limits, config: ChecksConfig) -> rules.Limits:
+    """The limits with what may be set in flight as the parameters have it now; the fence stays."""
+    return replace(
+        limits, max_speed_m_s=config.max_speed_m_s, max_climb_m_s=config.max_climb_m_s,
+        max_yaw_rate_rad_s=config.max_yaw_rate_rad_s, reaction_s=reaction_of(config),
+    )
+
+
+def reaction_of(config: ChecksConfig) -> float:
+    """What was made from a pose flies on until that is too old, and a tick and the vehicle's delay longer; twice that [s]."""
+    return 2.0 * (config.pose_timeout_s + 1.0 / config.rate_hz + config.vehicle_delay_s)
+
+
+def set_rate(timer: Timer, rate_hz: float) -> None:
+    """Call a timer so often from now on.
+
+    Args:
+        timer: of steady time.
+        rate_hz: calls a second.
+    """
+    timer.timer_period_ns = round(1e9 / rate_hz)
+
+
+def renewed(monitor: GuardMonitor, config: ChecksConfig, limits: rules.Limits, *, lifts: bool = False) -> LiveMonitor:
     """A guard that has received nothing yet; a stop holds on."""
     fresh = monitor_of(config, limits, lifts=lifts)
     fresh.latched = monitor.latched
@@ -134,7 +172,7 @@ class Guard(ManagedNode):
 
     def __init__(self) -> None:
         super().__init__('guard')
-        self.config = parameters.load(self, GuardConfig)
+        self.config = self.load(GuardConfig)
         self._limits = rules.Limits()
         self._monitor = monitor_of(self.config, self._limits)
         self._arrivals, self._log = ArrivalWatch(), GuardLog(ChangeLog(self.get_logger()))
@@ -155,9 +193,17 @@ class Guard(ManagedNode):
         self._limits = limits_of(self.config, load_grid_of(self.config))
         self._monitor = renewed(self._monitor, self.config, self._limits)
         self._commanded = False
+        self._late_pose.wait(self.config.pose_timeout_s)
+        self._late_command.wait(self.config.command_timeout_s)
+        set_rate(self._tick, self.config.rate_hz)
         self.listen(TwistStamped, 'cmd_vel', self._on_command, qos.COMMAND)
         self.listen(PoseStamped, 'pose', self._on_pose, qos.SENSOR)
         self._tick.reset()
+
+    def changed(self, names: frozenset[str]) -> None:
+        self._limits = with_speeds(self._limits, self.config)
+        self._monitor.keep_to(self._limits, self.config.max_acceleration_m_s2)
+        set_rate(self._tick, self.config.rate_hz)
 
     def end(self) -> None:
         self._monitor.clear()

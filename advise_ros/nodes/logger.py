@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Any
 
 from rclpy.clock import Clock, ClockType
-from rclpy.node import Node
 
 from advise_ros import exits
 from advise_ros.config import LoggerConfig
@@ -22,7 +21,8 @@ from advise_ros.recording.bagrecords import RECORDS_TOPIC
 from advise_ros.recording.definitions import definition
 from advise_ros.recording.platform import PARAMETERS_RECORD, PLATFORM_RECORD, READ_AT
 from advise_ros.recording.writer import BagWriter
-from advise_ros.ros import diagnostics, parameters, run, topics
+from advise_ros.ros import diagnostics, run, topics
+from advise_ros.ros.configured import ConfiguredNode
 from advise_ros.ros.diagnostics import Diagnostics
 from advise_ros.ros.parameter_watch import ParameterWatch
 from advise_ros.ros.subscriptions import CLOCK_TOPIC, Arrival, RawSubscriptions
@@ -34,7 +34,7 @@ DISCOVERY_PERIOD_S = 0.5
 CLOCK_CDR = struct.Struct('<4xiI')
 
 
-class LoggerNode(Node):
+class LoggerNode(ConfiguredNode):
     """Records everything that a session is rebuilt from into one bag (rosbag2 layout, MCAP).
 
     By default: pose, odom, cmd_vel, vehicle_status, battery_state, demonstration, advise/query,
@@ -55,7 +55,7 @@ class LoggerNode(Node):
 
     def __init__(self) -> None:
         super().__init__('logger')
-        self.config = parameters.load(self, LoggerConfig)
+        self.config = self.load(LoggerConfig)
         if not self.config.bag:
             raise InputError("parameter 'bag' is empty; name the directory to write, e.g. -p bag:=session1")
         self.exit_code = exits.OK

@@ -32,8 +32,10 @@ from advise_ros.nodes.guard import (
     monitor_of,
     put_command,
     renewed,
+    set_rate,
+    with_speeds,
 )
-from advise_ros.ros import diagnostics, parameters, qos, run
+from advise_ros.ros import diagnostics, qos, run
 from advise_ros.ros.autopilot_clock import ClockPublisher
 from advise_ros.ros.change_log import ChangeLog, GuardLog, VehicleLog
 from advise_ros.ros.managed import ManagedNode
@@ -70,7 +72,7 @@ class MavlinkBridge(ManagedNode):
 
     def __init__(self) -> None:
         super().__init__('mavlink_bridge')
-        self.config = parameters.load(self, MavlinkBridgeConfig)
+        self.config = self.load(MavlinkBridgeConfig)
         self._limits = rules.Limits()
         self._monitor = monitor_of(self.config, self._limits, lifts=True)
         self._altitude_m = 0.0
@@ -120,7 +122,13 @@ class MavlinkBridge(ManagedNode):
         )
         self._started = False
         self.listen(TwistStamped, 'cmd_vel', self._on_command, qos.COMMAND)
+        set_rate(self._tick, self.config.rate_hz)
         self._tick.reset()
+
+    def changed(self, names: frozenset[str]) -> None:
+        self._limits = with_speeds(self._limits, self.config)
+        self._monitor.keep_to(self._limits, self.config.max_acceleration_m_s2)
+        set_rate(self._tick, self.config.rate_hz)
 
     def begin(self) -> None:
         self._monitor.clear()

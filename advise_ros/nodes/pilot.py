@@ -10,7 +10,6 @@ import rclpy
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped, TwistStamped
 from rclpy.clock import Clock, ClockType
-from rclpy.node import Node
 from rclpy.task import Future
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
@@ -28,7 +27,8 @@ from advise_ros.core.people.simulated_pilot import SimulatedPilot
 from advise_ros.core.units import ZERO
 from advise_ros.nodes.route_grid import grid_of
 from advise_ros.recording.wishfile import load_wish
-from advise_ros.ros import parameters, qos, run
+from advise_ros.ros import qos, run
+from advise_ros.ros.configured import ConfiguredNode
 from advise_ros.ros.convert import vehicle_from_msg
 from advise_ros.ros.diagnostics import ERROR, OK, WARN, Diagnostics
 from advise_ros.ros.flying import (
@@ -48,7 +48,7 @@ DIAGNOSTICS_DEPTH = 100
 WATCHDOG_HZ = 20.0
 
 
-class PilotNode(Node):
+class PilotNode(ConfiguredNode):
     """Flies demonstrations of the route through cmd_vel, with a person's mistakes, and then ends.
 
     For each of `flights`: waits until the vehicle is ready, takes off by mavlink_bridge/takeoff, flies from cell
@@ -69,7 +69,7 @@ class PilotNode(Node):
 
     def __init__(self) -> None:
         super().__init__('pilot')
-        self.config = parameters.load(self, PilotConfig)
+        self.config = self.load(PilotConfig)
         self._grid = grid_of(self, self.config)
         self._site = site_of(self._grid, load_wish(self.config.wish_file, self._grid))
         self._settings = self.config.seek_settings()

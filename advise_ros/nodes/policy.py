@@ -24,7 +24,7 @@ from advise_ros.core.flight.vehicle_state import why_no_commands
 from advise_ros.core.grid.grid import Grid
 from advise_ros.core.units import NS, ZERO
 from advise_ros.nodes.route_grid import grid_if_named
-from advise_ros.ros import parameters, qos, run
+from advise_ros.ros import qos, run
 from advise_ros.ros.convert import vehicle_from_msg
 from advise_ros.ros.deadline import Deadline
 from advise_ros.ros.diagnostics import OK, WARN
@@ -78,7 +78,7 @@ class PolicyNode(ManagedNode):
 
     def __init__(self) -> None:
         super().__init__('policy')
-        self.config = parameters.load(self, PolicyConfig)
+        self.config = self.load(PolicyConfig)
         self._forget(None)
         self._flying: Flying | None = None
         self._patience = GoalPatience(self._missing)
@@ -110,9 +110,13 @@ class PolicyNode(ManagedNode):
     # -- life cycle --------------------------------------------------------------------------
     def open_up(self) -> None:
         self._forget(grid_if_named(self, self.config))
+        self._silence.wait(self.config.pose_timeout_s)
         self.listen(Policy, 'advise/policy', self._on_policy, qos.latched())
         self.listen(VehicleStatus, 'vehicle_status', self._on_vehicle, qos.latched())
         self.listen(PoseStamped, 'pose', self._on_pose, NEWEST_POSE)
+
+    def changed(self, names: frozenset[str]) -> None:
+        self._policies.config = self.config
 
     def end(self) -> None:
         self._end(FlightPhase.STOPPED, 'the policy node was deactivated; the vehicle holds', wanted=True)

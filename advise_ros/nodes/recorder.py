@@ -11,7 +11,6 @@ from typing import TypeVar
 from geometry_msgs.msg import PoseStamped, Twist, TwistStamped
 from nav_msgs.msg import Odometry
 from rclpy.clock import Clock, ClockType
-from rclpy.node import Node
 from std_srvs.srv import Trigger
 
 from advise_msgs import msg, srv
@@ -26,7 +25,8 @@ from advise_ros.recording.batch import ReadTask, demonstrations_in
 from advise_ros.recording.gridfile import load_place
 from advise_ros.recording.mavlink_listener import COMPONENT_ID, MavlinkListener
 from advise_ros.recording.topics import BagTopics
-from advise_ros.ros import convert, diagnostics, parameters, qos, run
+from advise_ros.ros import convert, diagnostics, qos, run
+from advise_ros.ros.configured import ConfiguredNode
 from advise_ros.ros.diagnostics import Diagnostics
 from advise_ros.ros.track import TrackTopic
 
@@ -41,7 +41,7 @@ TRACK_STEP_CELLS = 0.1
 STATUS_DEPTH = 50
 
 
-class RecorderNode(Node):
+class RecorderNode(ConfiguredNode):
     """Turns flights into demonstrations on the grid.
 
     Listens to `pose` (PoseStamped) or, with pose_source odom, `odom` (Odometry), both in frame map;
@@ -66,7 +66,7 @@ class RecorderNode(Node):
 
     def __init__(self) -> None:
         super().__init__('recorder')
-        self.config = parameters.load(self, RecorderConfig)
+        self.config = self.load(RecorderConfig)
         self._grid = grid_of(self, self.config)
         self._recorder = Recorder(
             self._grid, self.config.discretise_settings(), self._source(), by_flights=self.config.split == 'flights',

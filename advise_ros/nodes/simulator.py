@@ -7,12 +7,12 @@ import time
 
 import numpy as np
 from rclpy.clock import Clock, ClockType
-from rclpy.node import Node
 from rosgraph_msgs.msg import Clock as ClockMessage
 
 from advise_ros.config import SimulatorConfig
 from advise_ros.mavlink.signing import optional_key
-from advise_ros.ros import convert, parameters, qos, run
+from advise_ros.ros import convert, qos, run
+from advise_ros.ros.configured import ConfiguredNode
 from advise_ros.ros.diagnostics import OK, WARN, Diagnostics
 from advise_ros.sim.arducopter import ArduCopter
 from advise_ros.sim.autopilot import COMPONENT_ID, Message
@@ -27,7 +27,7 @@ FASTEST_TIMER_S, SLOWEST_TIMER_S = 0.001, 0.01
 LONGEST_TURN_NS = 10_000_000
 
 
-class SimulatorNode(Node):
+class SimulatorNode(ConfiguredNode):
     """A simulated quadcopter that speaks MAVLink 2 like ArduCopter in GUIDED, or PX4 in OFFBOARD; RotorPy is its physics.
 
     It sends heartbeats to `endpoint` and waits for a companion (mavlink_bridge) or a ground station: message
@@ -46,7 +46,7 @@ class SimulatorNode(Node):
 
     def __init__(self) -> None:
         super().__init__('simulator')
-        self.config = parameters.load(self, SimulatorConfig)
+        self.config = self.load(SimulatorConfig)
         self._autopilot = DIALECTS[self.config.autopilot](self.config, np.random.default_rng(self.config.seed))
         self._links = [self._open('endpoint')]
         if self.config.second_endpoint:

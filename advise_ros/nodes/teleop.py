@@ -8,7 +8,6 @@ import time
 import rclpy
 from geometry_msgs.msg import PoseStamped, TwistStamped
 from rclpy.clock import Clock, ClockType
-from rclpy.node import Node
 from rclpy.task import Future
 from sensor_msgs.msg import Joy
 from std_srvs.srv import Trigger
@@ -21,7 +20,8 @@ from advise_ros.core.flight.leg_follower import Pose
 from advise_ros.core.grid.cell_tracker import CellTracker
 from advise_ros.core.units import ZERO
 from advise_ros.recording.gridfile import load_grid
-from advise_ros.ros import parameters, qos, run
+from advise_ros.ros import qos, run
+from advise_ros.ros.configured import ConfiguredNode
 from advise_ros.ros.diagnostics import OK, WARN, Diagnostics
 from advise_ros.ros.flying import (
     NEWEST_POSE,
@@ -45,7 +45,7 @@ SAID_S = 8.0
 CLIMB_AXIS, MOST_AXES = 4, 5
 
 
-class TeleopNode(Node):
+class TeleopNode(ConfiguredNode):
     """Flies by the keys of the terminal: a person demonstrates the route.
 
     Arrow keys fly north (up), east, south and west while held; w and s or the page keys climb and sink; space holds;
@@ -61,7 +61,7 @@ class TeleopNode(Node):
 
     def __init__(self) -> None:
         super().__init__('teleop')
-        self.config = parameters.load(self, TeleopConfig)
+        self.config = self.load(TeleopConfig)
         self._grid = load_grid(self.config.grid_file) if self.config.grid_file else None
         self._stick = Stick(self.config.speed_m_s, self.config.climb_m_s, self.config.key_timeout_s)
         self._joy = HandStick(self.config.speed_m_s, self.config.climb_m_s)

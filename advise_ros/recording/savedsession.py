@@ -8,10 +8,25 @@ from pathlib import Path
 
 from advise_ros.core.advice.advice import Code, Outcome
 from advise_ros.core.errors import AdviseError
+from advise_ros.core.irl.settings import LearnSettings
 from advise_ros.core.learning.session import Session
 from advise_ros.recording.sessionfile import Loaded, SessionFile
 
 NOTHING = Loaded((), 0, ())
+
+
+class LiveSession(Session):
+    """A session whose settings may change under way."""
+
+    def change(self, settings: LearnSettings, budget: int) -> None:
+        """Go on with other settings: what was learnt is due anew, from the same demonstrations and answers.
+
+        Args:
+            settings: of the policies to come.
+            budget: answers that the person is willing to give in all, -1 unlimited.
+        """
+        self.settings, self.budget = settings, budget
+        self._learned = None
 
 
 class SavedSession:
@@ -22,7 +37,7 @@ class SavedSession:
         loaded: what the file held at the start.
     """
 
-    def __init__(self, session: Session, path: str | Path) -> None:
+    def __init__(self, session: LiveSession, path: str | Path) -> None:
         """An empty path keeps nothing.
 
         Raises:

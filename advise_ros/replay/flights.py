@@ -31,7 +31,7 @@ def flight_stages(session: RecordedSession, comparison: Comparison) -> list[Stag
         if flight.lacks:
             statuses.notes.append(flight.lacks)
             continue
-        config = session.config(PolicyConfig, 'policy', flight.node_begun_ns)
+        config = session.config(PolicyConfig, 'policy', flight.node_begun_ns, flight.statuses[0].message.publish_time_ns)
         if flight.cut_off:
             commands.notes.append(_cut_off(flight))
         try:

@@ -55,7 +55,6 @@ def learning_stages(session: RecordedSession, comparison: Comparison) -> list[St
     """Learn each policy and its question again."""
     policies, queries = Stage('policies'), Stage('queries')
     found = episodes(session)
-    config = session.config(AdviseConfig, 'advise') if found else AdviseConfig()
     demonstrations = _demonstrations(session, comparison)
     if any(episode.log and _elsewhere(session, episode) for episode in found):
         policies.notes.append('the answers were given on the grid that was flown and are left out')
@@ -70,6 +69,7 @@ def learning_stages(session: RecordedSession, comparison: Comparison) -> list[St
             if lacks:
                 policies.notes.append(lacks)
                 continue
+            config = config_of(session, episode)
             try:
                 learned = learner.learn(session, comparison, episode, learn_settings(config), config.budget)
             except InputError as problem:
@@ -93,10 +93,15 @@ def learnt_last(session: RecordedSession) -> tuple[Learned, SitePrior]:
     if not found:
         raise InputError(f'{session.bag.path} holds no policy; record a session with the logger until there is one')
     demonstration_stages(session, comparison)
-    config, learner = session.config(AdviseConfig, 'advise'), _LearnerRun(_demonstrations(session, comparison))
+    config, learner = config_of(session, found[-1]), _LearnerRun(_demonstrations(session, comparison))
     learned = learner.learn(session, comparison, found[-1], learn_settings(config), config.budget)
     work = _work(session, found[-1], learner.demonstrations, learn_settings(config), config.budget)
     return learned, kept_of(work.grid, work.demonstrations, work.log, work.prior)
+
+
+def config_of(session: RecordedSession, episode: Episode) -> AdviseConfig:
+    """The learner's parameters by which a policy was learnt: it publishes none by those that were changed meanwhile."""
+    return session.config(AdviseConfig, 'advise', until_ns=episode.policy.message.publish_time_ns)
 
 
 def episodes(session: RecordedSession) -> list[Episode]:

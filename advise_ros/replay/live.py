@@ -19,7 +19,7 @@ from advise_ros.replay.demonstrations import is_flown
 from advise_ros.replay.flight_parts import UNDER_WAY
 from advise_ros.replay.flights import FROM_OUTSIDE
 from advise_ros.replay.live_listener import RecorderProgress, is_matched
-from advise_ros.replay.live_nodes import LiveNodes
+from advise_ros.replay.live_nodes import NODES, LiveNodes
 from advise_ros.replay.recorded_input import PublishedLive
 from advise_ros.replay.score import (
     STATUS_TYPE,
@@ -68,6 +68,11 @@ class Live:
         recorder = session.config(RecorderConfig, 'recorder')
         if recorder.source != 'topics' or recorder.split != 'flights':
             raise InputError(f'{session.bag.path}: only sessions recorded from topics, flight by flight, can be replayed live')
+        if changed := [node for node in NODES if f'{session.namespace}/{node}' in session.changes]:
+            raise InputError(
+                f'{session.bag.path}: parameters of {", ".join(changed)} were set while it ran, which is not lived through again; '
+                'replay it without --live'
+            )
         if session.began_late:
             raise InputError(
                 f'{session.bag.path}: its recording began when others had published already; replay it without --live, which '

@@ -9,6 +9,9 @@ from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
+from rcl_interfaces.msg import ParameterEvent
+from rclpy.parameter import parameter_value_to_python
+from rclpy.serialization import deserialize_message
 
 from advise_ros import config
 from advise_ros.core.demonstrations.samples import PoseSamples, Recording
@@ -35,7 +38,10 @@ QUERY_TYPE = 'advise_msgs/msg/AdviceQuery'
 ADVICE_TYPE = 'advise_msgs/msg/Advice'
 FLIGHT_TYPE = 'advise_msgs/msg/FlightStatus'
 TEXT_TYPE = 'std_msgs/msg/String'
-TYPES = (COMMAND_TYPE, DEMONSTRATION_TYPE, POLICY_TYPE, QUERY_TYPE, ADVICE_TYPE, FLIGHT_TYPE, TEXT_TYPE)
+EVENT_TYPE = 'rcl_interfaces/msg/ParameterEvent'
+TYPES = (COMMAND_TYPE, DEMONSTRATION_TYPE, POLICY_TYPE, QUERY_TYPE, ADVICE_TYPE, FLIGHT_TYPE, TEXT_TYPE, EVENT_TYPE)
+EVENTS_TOPIC = '/parameter_events'
+
 # What replay cannot do without; other fields that a bag of another version lacks are not compared.
 NEEDED: Mapping[str, tuple[str, ...]] = {
     DEMONSTRATION_TYPE: (
@@ -68,6 +74,20 @@ class NodeParameters(NamedTuple):
 
     values: Mapping[str, Any]
     read_at_ns: int
+
+
+class ParameterChange(NamedTuple):
+    """A parameter that was set while its node ran.
+
+    Attributes:
+        log_time_ns: by the logger's clock.
+        publish_time_ns: by the node's machine, as what the node published before and after.
+    """
+
+    name: str
+    value: Any
+    log_time_ns: int
+    publish_time_ns: int
 
 
 ConfigT = TypeVar('ConfigT')
@@ -109,6 +129,7 @@ class RecordedSession:
         namespace: '' or '/name'.
         recording: poses, commands, vehicle events and the policy's flights as samples.
         parameters: of each node, as often as it was started.
+        changes: of parameters of each node, in the order in which they were made.
         same_platform: the bag was made by these package versions on this kind of machine.
         overrides: what is to be otherwise than it was.
         missing: fields that the bag's messages, of another version, do not have.
@@ -122,6 +143,7 @@ class RecordedSession:
     same_platform: bool
     overrides: Overrides = field(default_factory=dict)
     missing: tuple[str, ...] = ()
+    changes: Mapping[str, tuple[ParameterChange, ...]] = field(default_factory=dict)
     _cache: dict[str, tuple[RecordedMessage, ...]] = field(default_factory=dict, repr=False)
 
     def on(self, name: str) -> tuple[RecordedMessage, ...]:
@@ -161,8 +183,10 @@ class RecordedSession:
         started = self.parameters.get(f'{self.namespace}/recorder')
         return f'{self.namespace}/{started[-1].values.get("pose_source", "pose") if started else "pose"}'
 
-    def config(self, config_class: type[ConfigT], node: str, begun_ns: int | None = None) -> ConfigT:
-        """The parameters of a node.
+    def config(
+        self, config_class: type[ConfigT], node: str, begun_ns: int | None = None, until_ns: int | None = None,
+    ) -> ConfigT:
+        """The parameters of a node, as they stood when it published something.
 
         The logger reads them soon after, or, as a node publishes late, soon before its first message.
 
@@ -170,6 +194,7 @@ class RecordedSession:
             config_class: of the node.
             node: its name in the session's namespace.
             begun_ns: when it began, by the logger's clock; None: the last node of that name.
+            until_ns: when it published what they are wanted for; what was set later does not count. None: as it was started.
 
         Raises:
             LogError: the bag does not hold them, or they are not those of this version.
@@ -186,9 +211,18 @@ class RecordedSession:
             )
         chosen = started[-1] if begun_ns is None else min(started, key=lambda one: abs(one.read_at_ns - begun_ns))
         try:
-            return _config(config_class, {**chosen.values, **self.overrides.get(node, {})})
+            return _config(config_class, {**chosen.values, **self._set(node, chosen, until_ns), **self.overrides.get(node, {})})
         except InputError as problem:
             raise LogError(f'{self.bag.path}, parameters of {self.namespace}/{node}: {problem}') from problem
+
+    def _set(self, node: str, started: NodeParameters, until_ns: int | None) -> dict[str, Any]:
+        """What was set after the logger read a node's parameters, and before the node published something."""
+        if until_ns is None or not started.read_at_ns:
+            return {}
+        return {
+            change.name: change.value for change in self.changes.get(f'{self.namespace}/{node}', ())
+            if change.log_time_ns > started.read_at_ns and change.publish_time_ns <= until_ns
+        }
 
     def site_prior(self, recorded: Grid, until_ns: int) -> SitePrior:
         """What a learner had been given of the site, or what it is to be given; nothing where its cells are to be others.
@@ -245,7 +279,7 @@ def read_session(path: str | Path, namespace: str | None = None, overrides: Over
     recording = _samples(bag, where, recorders[-1].values if recorders else {})
     made_on = next((record.values for record in bag.records if record.name == PLATFORM_RECORD), {})
     same = not missing and made_on == platform.describe()
-    return RecordedSession(bag, where, recording, parameters, made_on, same, overrides or {}, missing)
+    return RecordedSession(bag, where, recording, parameters, made_on, same, overrides or {}, missing, _changes(bag))
 
 
 def _needs_none(bag: Bag, where: str) -> bool:
@@ -307,6 +341,22 @@ def _parameters(bag: Bag) -> dict[str, tuple[NodeParameters, ...]]:
             read_at_ns = int(values.pop(READ_AT, 0))
             found[node] = (*found.get(node, ()), NodeParameters(values, read_at_ns))
     return found
+
+
+def _changes(bag: Bag) -> dict[str, tuple[ParameterChange, ...]]:
+    """Node -> its parameters that were set while it ran, in order."""
+    found: dict[str, list[ParameterChange]] = {}
+    for message in sorted(bag.on(EVENTS_TOPIC), key=lambda one: one.publish_time_ns):
+        try:  # The middleware leaves more padding behind this type than rosbags allows for.
+            event = deserialize_message(message.data, ParameterEvent)
+        except Exception as problem:
+            raise LogError(f'{bag.path}, topic {EVENTS_TOPIC}: a message does not fit its definition; was it edited?') from problem
+        for changed in event.changed_parameters:
+            value = parameter_value_to_python(changed.value)
+            found.setdefault(event.node, []).append(
+                ParameterChange(changed.name, value, message.log_time_ns, message.publish_time_ns)
+            )
+    return {node: tuple(changes) for node, changes in found.items()}
 
 
 def _value(bag: Bag, node: str, name: str, text: str) -> Any:

@@ -35,6 +35,14 @@ class Deadline:
             self._timer.timer_period_ns = period_ns
         self._timer.reset()
 
+    def wait(self, after_s: float) -> None:
+        """Wait for this long from now on, once something comes.
+
+        Args:
+            after_s: how long; steady time.
+        """
+        self._after_s = after_s
+
     def cancel(self) -> None:
         """Nothing is waited for."""
         self._timer.cancel()

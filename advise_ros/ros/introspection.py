@@ -9,7 +9,7 @@ from rclpy.service_introspection import ServiceIntrospectionState
 
 from advise_ros.core.errors import InputError
 
-PARAMETER = 'service_introspection'
+PARAMETER, OFF = 'service_introspection', 'off'
 STATES = {
     'off': ServiceIntrospectionState.OFF, 'metadata': ServiceIntrospectionState.METADATA,
     'contents': ServiceIntrospectionState.CONTENTS,
@@ -27,16 +27,32 @@ def configure(node: Node) -> None:
         InputError: the parameter is none of off, metadata and contents.
     """
     descriptor = ParameterDescriptor(
-        name=PARAMETER, description=DESCRIPTION, additional_constraints=f'allowed: {", ".join(STATES)}', read_only=True,
-        dynamic_typing=True,
+        name=PARAMETER, description=DESCRIPTION, additional_constraints=f'allowed: {", ".join(STATES)}; at once', dynamic_typing=True,
     )
-    wanted = node.declare_parameter(PARAMETER, 'off', descriptor).value
-    if wanted is False:  # YAML reads off as a truth value.
-        return
+    wanted = checked(node.declare_parameter(PARAMETER, OFF, descriptor).value)
+    if wanted != OFF:
+        publish_calls(node, wanted)
+
+
+def checked(wanted: object) -> str:
+    """The parameter's value.
+
+    Raises:
+        InputError: it is none of off, metadata and contents.
+    """
+    wanted = OFF if wanted is False else wanted  # YAML reads off as a truth value.
     if wanted not in STATES:
         raise InputError(f'parameter {PARAMETER!r} is {wanted!r}; allowed: {", ".join(STATES)}')
-    if wanted == 'off':
-        return
+    return str(wanted)
+
+
+def publish_calls(node: Node, wanted: str) -> None:
+    """Publish so much of the calls from now on.
+
+    Args:
+        node: whose services are meant.
+        wanted: off, metadata or contents.
+    """
     own = f'{node.get_fully_qualified_name()}/'
     for service in node.services:
         name = service.service_name

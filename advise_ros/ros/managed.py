@@ -16,6 +16,7 @@ from rclpy.qos import QoSProfile
 from rclpy.subscription import Subscription
 
 from advise_ros.core.errors import AdviseError, InputError
+from advise_ros.ros.configured import ConfiguredNode
 from advise_ros.ros.diagnostics import OK, WARN, Diagnostics
 
 UNCONFIGURED, INACTIVE, ACTIVE, FINALIZED = 'unconfigured', 'inactive', 'active', 'finalized'
@@ -25,12 +26,12 @@ NEXT = {UNCONFIGURED: 'configure', INACTIVE: 'activate'}
 LEAVE_S = 0.5
 
 
-class ManagedNode(LifecycleNode):
+class ManagedNode(ConfiguredNode, LifecycleNode):
     """A node that takes part in the graph in every state, and acts on the vehicle while it is active only.
 
     Publishers and services live as long as the node, so that the state can be asked for at any time. What a subclass
-    subscribes to (`listen`) and which sockets it holds begins in `open_up` and ends in `close_down`; `begin` and `end` are
-    its activation. /diagnostics goes on in every state.
+    subscribes to (`listen`), which sockets it holds and what it reads of its parameters begins in `open_up` and ends in
+    `close_down`; `begin` and `end` are its activation. /diagnostics goes on in every state.
 
     Attributes:
         state: 'unconfigured', 'inactive', 'active' or 'finalized'.
@@ -68,6 +69,10 @@ class ManagedNode(LifecycleNode):
         return self.state == ACTIVE
 
     @property
+    def unconfigured(self) -> bool:
+        return self.state == UNCONFIGURED
+
+    @property
     def why_idle(self) -> str:
         """Why it does nothing now, with the remedy; '' when it is active."""
         if self.active:
@@ -97,7 +102,7 @@ class ManagedNode(LifecycleNode):
 
     # -- transitions -------------------------------------------------------------------------
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
-        return self._go(INACTIVE, self.open_up, undo=self._close)
+        return self._go(INACTIVE, self._open, undo=self._close)
 
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
         return self._go(ACTIVE, self.begin, undo=self.end)
@@ -116,6 +121,10 @@ class ManagedNode(LifecycleNode):
     def on_error(self, state: LifecycleState) -> TransitionCallbackReturn:
         """A transition broke off: back to the start."""
         return self._go(UNCONFIGURED, self._wind_up)
+
+    def _open(self) -> None:
+        self.open_up()
+        self.check_overrides()
 
     def _wind_up(self) -> None:
         if self.active:

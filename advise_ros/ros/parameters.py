@@ -10,21 +10,30 @@ from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescri
 from rclpy.node import Node
 
 from advise_ros import config
-from advise_ros.ros import introspection
+from advise_ros.ros import introspection, params_files, qos_overrides
 
 ConfigT = TypeVar('ConfigT')
 
 # Parameters that rclpy declares by itself, and the one of introspection.py.
 BUILT_IN = ('use_sim_time', 'start_type_description_service', introspection.PARAMETER)
 
+# The process's own words, for what rclpy does not keep of them.
+_files: list[params_files.ParamsFile] = []
 
-def _descriptor(spec: Field[Any]) -> ParameterDescriptor:
+
+def read_files(args: Sequence[str]) -> None:
+    """Look at the files of parameters on the command line; before `load`."""
+    _files[:] = params_files.named_in(args)
+
+
+def _descriptor(config_class: type[Any], spec: Field[Any]) -> ParameterDescriptor:
+    settable = spec.name in config.live(config_class) or config.at_configure(config_class, spec.name)
     descriptor = ParameterDescriptor(
         name=spec.name,
         description=spec.metadata['doc'],
-        additional_constraints=f'allowed: {config.range_text(spec)}',
-        read_only=True,
-        dynamic_typing=True,  # Wrong types are refused below, in one sentence.
+        additional_constraints=f'allowed: {config.range_text(spec)}; {config.counts_from(config_class, spec.name)}',
+        read_only=not settable,
+        dynamic_typing=True,  # Wrong types are refused in one sentence.
     )
     low, high = spec.metadata['low'], spec.metadata['high']
     if low is not None and high is not None:
@@ -36,7 +45,7 @@ def _descriptor(spec: Field[Any]) -> ParameterDescriptor:
 
 
 def load(node: Node, config_class: type[ConfigT]) -> ConfigT:
-    """Check the overrides given to a node and declare every field as a read-only parameter.
+    """Check the overrides given to a node and declare every field as a parameter.
 
     Raises:
         InputError: an override is unknown, of the wrong type or out of range.
@@ -44,14 +53,26 @@ def load(node: Node, config_class: type[ConfigT]) -> ConfigT:
     overrides = {
         name: parameter.value
         for name, parameter in node._parameter_overrides.items()  # rclpy has no public view of them
-        if name not in BUILT_IN and not name.startswith('qos_overrides.')
+        if name not in BUILT_IN and not name.startswith(qos_overrides.PREFIX)
     }
     specs: Sequence[Field[Any]] = fields(config_class)  # type: ignore[arg-type]
-    values = config.build(config_class, overrides)
+    foreign = _meant_for_others(node, {spec.name for spec in specs})
+    values = config.build(config_class, {name: value for name, value in overrides.items() if name not in foreign})
     for spec in specs:
         # The value is checked; declaring it with the override ignored keeps int -> float conversions.
-        node.declare_parameter(spec.name, getattr(values, spec.name), _descriptor(spec), ignore_override=True)
+        node.declare_parameter(spec.name, getattr(values, spec.name), _descriptor(config_class, spec), ignore_override=True)
+    for file in _files:
+        if remark := file.remark(node.get_fully_qualified_name(), config.NODES):
+            node.get_logger().warning(remark)
     return values
+
+
+def _meant_for_others(node: Node, own: set[str]) -> set[str]:
+    """Parameters of other nodes of the package, below a key that means nodes of any name."""
+    name = node.get_fully_qualified_name()
+    general = {key for file in _files for entry in file.fitting(name) if entry.general for key in entry.values}
+    of_others = {spec.name for config_class in config.NODES.values() for spec in fields(config_class)}
+    return (general & of_others) - own
 
 
 def as_text(values: object) -> dict[str, str]:

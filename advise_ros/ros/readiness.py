@@ -26,13 +26,14 @@ class PolicyCache:
     """Keeps the newest good policy.
 
     Attributes:
+        config: how flights are flown.
         version: of the policy kept, 0 before the first one.
         problem: why there is none or why the last one that came is not flown; empty when all is well.
     """
 
     def __init__(self, config: PolicyConfig, grid: Grid | None) -> None:
         """With a grid, only policies on that grid are kept."""
-        self._config, self._grid = config, grid
+        self.config, self._grid = config, grid
         self._plan: FlightPlan | None = None
         self.version = 0
         self.problem = 'waiting for a policy on advise/policy'
@@ -69,7 +70,7 @@ class PolicyCache:
             raise InputError(self.problem)
         return FlightPlan(
             self._plan.grid, self._plan.greedy, int(goal.start_cell), int(goal.step_budget),
-            self._config.step_budget_factor, self._config.stop_on_loop, self._config.centre_first, self._config.start_reach_m,
+            self.config.step_budget_factor, self.config.stop_on_loop, self.config.centre_first, self.config.start_reach_m,
         )
 
 

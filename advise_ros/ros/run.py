@@ -21,7 +21,8 @@ from rclpy.signals import SignalHandlerOptions
 from advise_ros import config
 from advise_ros.core.errors import AdviseError
 from advise_ros.exits import OK, fail
-from advise_ros.ros import arguments, introspection
+from advise_ros.ros import arguments, introspection, parameters
+from advise_ros.ros.configured import ConfiguredNode
 
 
 def help_text(name: str, doc: str, config_class: type[Any]) -> str:
@@ -41,7 +42,7 @@ def help_text(name: str, doc: str, config_class: type[Any]) -> str:
 def run_node(node_class: type[Node], config_class: type[Any], argv: Sequence[str] | None = None) -> int:
     """Run one node in its own SingleThreadedExecutor until SIGINT, SIGTERM or its own shutdown.
 
-    The node class takes no argument, reads its config with `parameters.load`, raises AdviseError for
+    The node class takes no argument, reads its config with `load` (ConfiguredNode), raises AdviseError for
     what the user can put right, and may have an `exit_code` attribute and a `close()` method (called once
     after spinning; the ROS context may be gone by then). A node ends itself by `rclpy.try_shutdown()`.
 
@@ -59,6 +60,7 @@ def run_node(node_class: type[Node], config_class: type[Any], argv: Sequence[str
         return fail(str(problem))
     if rest:
         return fail(f'{name} takes ROS arguments only, not {rest[0]!r}; {meant_parameter(args, config_class)} (see --help)')
+    parameters.read_files(args)
     return _spin(node_class) if _joined(args) else OK
 
 
@@ -87,6 +89,8 @@ def _spin(node_class: type[Node]) -> int:
     try:
         node = node_class()
         introspection.configure(node)
+        if isinstance(node, ConfiguredNode) and not node.unconfigured:
+            node.check_overrides()
         executor = SingleThreadedExecutor()
         executor.add_node(node)
         executor.spin()

@@ -24,6 +24,7 @@ RECORDED: dict[str, tuple[str, QoSProfile]] = {
     'advise/site_prior': ('std_msgs/msg/String', qos.latched(100)),
     'advise/markers': ('visualization_msgs/msg/MarkerArray', qos.latched(100)),
     'policy/status': ('advise_msgs/msg/FlightStatus', qos.latched(1000)),
+    '/parameter_events': ('rcl_interfaces/msg/ParameterEvent', qos.COMMAND_DEEP),
     '/diagnostics': ('diagnostic_msgs/msg/DiagnosticArray', qos.COMMAND_DEEP),
 }
 

@@ -9,6 +9,7 @@ from advise_msgs.msg import FlightStatus, LearnerStatus
 from support.drone import NAMESPACE, PATIENCE_S, Drone
 from support.flying import until_heard
 from support.graph import Graph
+from support.parameters import set_parameter
 
 
 def test_a_flown_session_replays_byte_for_byte(graph: Graph, free_udp_port: int, tmp_path: Path) -> None:
@@ -20,6 +21,9 @@ def test_a_flown_session_replays_byte_for_byte(graph: Graph, free_udp_port: int,
     drone.wait('advise/status', LearnerStatus, lambda m: m.phase == LearnerStatus.ASKING)
     drone.on_grid('expert')
     drone.wait('advise/status', LearnerStatus, lambda m: m.phase == LearnerStatus.DONE and m.answers == 1)
+    set_parameter(graph, f'{NAMESPACE}/advise', 'budget', 2)
+    drone.wait('advise/status', LearnerStatus, lambda m: m.phase == LearnerStatus.DONE and m.answers == 2)
+    set_parameter(graph, f'{NAMESPACE}/policy', 'speed_m_s', 1.5)
     drone.fly()
     status = drone.wait('policy/status', FlightStatus, lambda m: m.phase > FlightStatus.FLYING)
     assert drone.logger is not None and drone.logger.terminate() == 0
@@ -30,7 +34,7 @@ def test_a_flown_session_replays_byte_for_byte(graph: Graph, free_udp_port: int,
     assert (values['asked'], values['namespace']) == ('bytes', NAMESPACE)
     checked = {stage['name']: stage['checked'] for stage in values['stages']}
     assert checked['demonstrations'] == checked['flight windows'] == 1
-    assert checked['policies'] == checked['queries'] == 2
+    assert checked['policies'] == checked['queries'] == 4, 'one by each of the answers, and one by the larger budget'
     assert checked['commands'] > 10
     assert checked['flight statuses'] >= status.steps
     with AnyReader([drone.bag]) as reader:

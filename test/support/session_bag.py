@@ -10,6 +10,8 @@ from typing import Any
 
 import numpy as np
 from geometry_msgs.msg import PoseStamped
+from rcl_interfaces.msg import ParameterEvent
+from rclpy.parameter import Parameter
 
 from advise_msgs.msg import FlightStatus, VehicleStatus
 from advise_ros.config import AdviseConfig, PolicyConfig, RecorderConfig
@@ -67,6 +69,15 @@ class SessionBag:
 
     def put(self, topic: str, message: Any) -> None:
         self.entries.append((topic, self.now_ns, message))
+
+    def set(self, node: str, **values: float | int | bool) -> None:
+        """Parameters of a node are set while it runs."""
+        self.now_ns += TICK_NS
+        self.put('/parameter_events', ParameterEvent(node=f'/{node}', changed_parameters=[
+            Parameter(name, value=value).to_parameter_msg() for name, value in values.items()
+        ]))
+        setattr(self, node, replace(getattr(self, node), **values))
+        self.now_ns += TICK_NS
 
     def parameters(self, node: str) -> dict[str, Any]:
         return asdict(getattr(self, node))

@@ -12,7 +12,7 @@ import pytest
 from advise_ros.core.advice.advice import AdviceRecord, Answer, Code, Verdict
 from advise_ros.core.errors import AdviseError, InputError
 from advise_ros.core.learning.session import Session
-from advise_ros.recording.savedsession import SavedSession
+from advise_ros.recording.savedsession import LiveSession, SavedSession
 from advise_ros.recording.sessionfile import SessionFile
 from support.learning import BY_CLUSTERS
 from support.walks import GRID_4X4, walk
@@ -147,7 +147,7 @@ def disk_full_at(n_bytes: int) -> Iterator[None]:
 
 def asking(path: Path) -> SavedSession:
     """A session with its first question open."""
-    saved = SavedSession(Session(GRID_4X4, BY_CLUSTERS), path)
+    saved = SavedSession(LiveSession(GRID_4X4, BY_CLUSTERS), path)
     saved.session.add(walk(GRID_4X4, 0))
     learn(saved)
     return saved
@@ -195,7 +195,7 @@ def test_a_restored_session_learns_the_same_and_uses_no_query_id_again(tmp_path:
 
 
 def test_without_a_file_nothing_is_kept() -> None:
-    saved = SavedSession(Session(GRID_4X4, BY_CLUSTERS), '')
+    saved = SavedSession(LiveSession(GRID_4X4, BY_CLUSTERS), '')
     saved.session.add(walk(GRID_4X4, 0))
     learn(saved)
     assert saved.commit(lambda session: session.submit(Answer(1, Verdict.SKIP)), 5).accepted
