@@ -367,7 +367,7 @@ NODES: Mapping[str, type[Any]] = {
 
 # -- parameters that may be set while a node runs --------------------------------------------
 AT_ONCE, NEXT_FLIGHT, NEXT_QUESTION = 'at once', 'from the next flight on', 'at once, with the next question'
-_CHECKS = {name: AT_ONCE for name in ('max_speed_m_s', 'max_climb_m_s', 'max_yaw_rate_rad_s', 'max_acceleration_m_s2', 'rate_hz')}
+_CHECKS = dict.fromkeys(('max_speed_m_s', 'max_climb_m_s', 'max_yaw_rate_rad_s', 'max_acceleration_m_s2', 'rate_hz'), AT_ONCE)
 # Node -> parameter -> from when on a new value counts.
 LIVE: Mapping[str, Mapping[str, str]] = {
     'policy': {

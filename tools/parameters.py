@@ -40,7 +40,8 @@ $ ./advise policy --help                                      # the same list in
   Both ends of a range are allowed.
 - The column "set" says from when on `ros2 param set` counts. What is read at configure (nodes with a life cycle) is taken while
   the node is unconfigured (`ros2 lifecycle set /policy deactivate`, then `cleanup`, set it, `configure`, `activate`), what is
-  read at the start only then; elsewhere it is refused, with the way to do it. A bag holds every change, and replay makes it again.
+  read at the start only then; elsewhere it is refused, with the way to do it. A bag holds every change, and replay makes it
+  again.
 - `ros2 param describe` shows meaning, range and whether a parameter is read-only, `ros2 param dump` writes a file for
   `--params-file`.
 - Profiles: `qos_overrides./TOPIC.publisher.reliability` (or `subscription`; `history`, `depth`) changes that of a topic, named
@@ -100,7 +101,8 @@ def _table_of_node(name: str, owner: type[Any]) -> str:
 def _row(owner: type[Any], spec: Field[Any]) -> str:
     allowed = config.range_text(spec).replace(' | ', ' or ')
     unit = next((unit for suffix, unit in UNITS.items() if spec.name.endswith(suffix)), '')
-    return f'| `{spec.name}` | `{_yaml_value(spec)}` | {allowed} | {unit} | {config.counts_from(owner, spec.name)} | {spec.metadata["doc"]} |\n'
+    when, meaning = config.counts_from(owner, spec.name), spec.metadata['doc']
+    return f'| `{spec.name}` | `{_yaml_value(spec)}` | {allowed} | {unit} | {when} | {meaning} |\n'
 
 
 def main() -> int:

@@ -70,8 +70,8 @@ class Live:
             raise InputError(f'{session.bag.path}: only sessions recorded from topics, flight by flight, can be replayed live')
         if changed := [node for node in NODES if f'{session.namespace}/{node}' in session.changes]:
             raise InputError(
-                f'{session.bag.path}: parameters of {", ".join(changed)} were set while it ran, which is not lived through again; '
-                'replay it without --live'
+                f'{session.bag.path}: parameters of {", ".join(changed)} were set while it ran, and nobody sets them '
+                'again; replay it without --live'
             )
         if session.began_late:
             raise InputError(

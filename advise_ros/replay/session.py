@@ -350,7 +350,7 @@ def _changes(bag: Bag) -> dict[str, tuple[ParameterChange, ...]]:
         try:  # The middleware leaves more padding behind this type than rosbags allows for.
             event = deserialize_message(message.data, ParameterEvent)
         except Exception as problem:
-            raise LogError(f'{bag.path}, topic {EVENTS_TOPIC}: a message does not fit its definition; was it edited?') from problem
+            raise LogError(f'{bag.path}, topic {EVENTS_TOPIC}: a message is damaged; was it edited?') from problem
         for changed in event.changed_parameters:
             value = parameter_value_to_python(changed.value)
             found.setdefault(event.node, []).append(

@@ -27,7 +27,8 @@ def configure(node: Node) -> None:
         InputError: the parameter is none of off, metadata and contents.
     """
     descriptor = ParameterDescriptor(
-        name=PARAMETER, description=DESCRIPTION, additional_constraints=f'allowed: {", ".join(STATES)}; at once', dynamic_typing=True,
+        name=PARAMETER, description=DESCRIPTION, additional_constraints=f'allowed: {", ".join(STATES)}; at once',
+        dynamic_typing=True,
     )
     wanted = checked(node.declare_parameter(PARAMETER, OFF, descriptor).value)
     if wanted != OFF:

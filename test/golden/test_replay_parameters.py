@@ -55,7 +55,7 @@ def made_bag() -> SessionBag:
     return changed_session()
 
 
-def test_what_was_set_in_flight_replays_byte_for_byte(bag: SessionBag, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_what_was_set_in_flight_replays_to_the_byte(bag: SessionBag, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run([str(bag.write(tmp_path / 'bag'))]) == 0, capsys.readouterr().out
 
 

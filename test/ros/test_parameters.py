@@ -35,7 +35,7 @@ def test_a_managed_node_takes_parameters_before_configure_and_says_why_not_after
     set_parameter(graph, 'guard', 'pose_timeout_s', 0.25)
     assert refusal(graph, 'guard', 'pose_timeout_s', 1000.0) == "parameter 'pose_timeout_s' is 1000.0; allowed: 0.05 to 60"
     assert refusal(graph, 'guard', 'fence', 'on') == "parameter 'fence' is 'on'; allowed: 'auto' | 'off'"
-    assert "must be a float" in refusal(graph, 'guard', 'max_speed_m_s', 'fast')
+    assert 'must be a float' in refusal(graph, 'guard', 'max_speed_m_s', 'fast')
     assert refusal(graph, 'guard', 'max_sped_m_s', 1.0) == "parameter 'max_sped_m_s' is unknown; did you mean 'max_speed_m_s'?"
     assert 'read at the start: start /guard again with -p autostart:=VALUE' in refusal(graph, 'guard', 'autostart', True)
     set_parameter(graph, 'guard', 'fence', 'auto')
@@ -94,7 +94,8 @@ def test_a_learner_asks_anew_when_its_budget_is_set(graph: Graph, tmp_path: Path
 
 def test_profiles_are_overridden_by_parameters(graph: Graph) -> None:
     graph.start('guard', {
-        'fence': 'off', 'qos_overrides./pose.subscription.reliability': 'reliable', 'qos_overrides./guard/pose.publisher.depth': 7,
+        'fence': 'off', 'qos_overrides./pose.subscription.reliability': 'reliable',
+        'qos_overrides./guard/pose.publisher.depth': 7,
     })
     graph.wait_until(lambda: graph.node.get_subscriptions_info_by_topic('/pose'), what='the subscription')
     (subscription,) = graph.node.get_subscriptions_info_by_topic('/pose')

@@ -23,7 +23,8 @@ def set_parameter(graph: Graph, node: str, name: str, value: Any) -> None:
 
 
 def parameter(graph: Graph, node: str, name: str) -> Any:
-    return parameter_value_to_python(graph.call(GetParameters, f'{node}/get_parameters', GetParameters.Request(names=[name])).values[0])
+    (value,) = graph.call(GetParameters, f'{node}/get_parameters', GetParameters.Request(names=[name])).values
+    return parameter_value_to_python(value)
 
 
 def described(graph: Graph, node: str, name: str) -> ParameterDescriptor:

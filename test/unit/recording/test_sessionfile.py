@@ -11,7 +11,6 @@ import pytest
 
 from advise_ros.core.advice.advice import AdviceRecord, Answer, Code, Verdict
 from advise_ros.core.errors import AdviseError, InputError
-from advise_ros.core.learning.session import Session
 from advise_ros.recording.savedsession import LiveSession, SavedSession
 from advise_ros.recording.sessionfile import SessionFile
 from support.learning import BY_CLUSTERS

@@ -30,7 +30,7 @@ def test_keys_are_read_as_rcl_does(name: str, key: str, meant: bool) -> None:
     ('text', 'name', 'words'),
     [
         (f'polcy: {SPEED}', '/policy', "'/polcy' is no node, and nothing below it is read; the nearest is '/policy'"),
-        (f'drone1: {{polciy: {SPEED}}}', '/drone1/policy', "the nearest is '/drone1/policy'"),
+        (f'drone1: {{pollicy: {SPEED}}}', '/drone1/policy', "the nearest is '/drone1/policy'"),
         (f'policy: {SPEED}', '/drone1/policy', "'/policy' is not /drone1/policy, and nothing below it is read; write "),
         (f'controller_server: {SPEED}', '/policy', "has nothing for /policy; its keys: '/controller_server'"),
         ('speed_m_s: 1.0', '/policy', 'has nothing for /policy; its keys: none'),
