@@ -76,7 +76,7 @@ class NodeParameters(NamedTuple):
     read_at_ns: int
 
 
-class ParameterChange(NamedTuple):
+class SetParameter(NamedTuple):
     """A parameter that was set while its node ran.
 
     Attributes:
@@ -143,7 +143,7 @@ class RecordedSession:
     same_platform: bool
     overrides: Overrides = field(default_factory=dict)
     missing: tuple[str, ...] = ()
-    changes: Mapping[str, tuple[ParameterChange, ...]] = field(default_factory=dict)
+    changes: Mapping[str, tuple[SetParameter, ...]] = field(default_factory=dict)
     _cache: dict[str, tuple[RecordedMessage, ...]] = field(default_factory=dict, repr=False)
 
     def on(self, name: str) -> tuple[RecordedMessage, ...]:
@@ -343,9 +343,9 @@ def _parameters(bag: Bag) -> dict[str, tuple[NodeParameters, ...]]:
     return found
 
 
-def _changes(bag: Bag) -> dict[str, tuple[ParameterChange, ...]]:
+def _changes(bag: Bag) -> dict[str, tuple[SetParameter, ...]]:
     """Node -> its parameters that were set while it ran, in order."""
-    found: dict[str, list[ParameterChange]] = {}
+    found: dict[str, list[SetParameter]] = {}
     for message in sorted(bag.on(EVENTS_TOPIC), key=lambda one: one.publish_time_ns):
         try:  # The middleware leaves more padding behind this type than rosbags allows for.
             event = deserialize_message(message.data, ParameterEvent)
@@ -354,7 +354,7 @@ def _changes(bag: Bag) -> dict[str, tuple[ParameterChange, ...]]:
         for changed in event.changed_parameters:
             value = parameter_value_to_python(changed.value)
             found.setdefault(event.node, []).append(
-                ParameterChange(changed.name, value, message.log_time_ns, message.publish_time_ns)
+                SetParameter(changed.name, value, message.log_time_ns, message.publish_time_ns)
             )
     return {node: tuple(changes) for node, changes in found.items()}
 

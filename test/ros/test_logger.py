@@ -231,7 +231,7 @@ def test_a_full_disk_raises_one_alarm_and_harms_nobody(graph: Graph, tmp_path: P
     """A limit on the size of files stands for the disk."""
     arguments = ros_arguments({'bag': str(tmp_path / 'bag'), 'flush_s': 0.1, 'compression': 'none'}, {}, '')
     alarms = graph.listen('/diagnostics', DiagnosticArray)
-    logger = graph.start_command('logger', ['sh', '-c', 'ulimit -f 40; exec "$@"', 'sh', executable('logger'), *arguments])
+    logger = graph.start_command('logger', ['sh', '-c', 'ulimit -f 120; exec "$@"', 'sh', executable('logger'), *arguments])
     graph.wait_for('/diagnostics', DiagnosticArray, lambda m: says(m, 'recording into'))
     poses(graph, range(1, 501))
     graph.wait_for('/diagnostics', DiagnosticArray, lambda m: says(m, 'stopped: File too large; free some space'))
