@@ -1,4 +1,4 @@
-"""grid: a grid file out of another tool's mission or map, and a look at one."""
+"""grid: a grid file out of another tool's mission or map, one drawn on a page, and a look at one."""
 
 from __future__ import annotations
 
@@ -7,28 +7,34 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-import yaml
-
 from advise_ros.command_line import CommandParser
+from advise_ros.commands import grid_draw
 from advise_ros.core.errors import AdviseError, InputError
 from advise_ros.core.grid.grid import Grid
 from advise_ros.exits import INTERRUPTED, OK, fail
 from advise_ros.missions.files import KNOWN, read_mission
 from advise_ros.missions.to_grid import GridOptions, PlacedGrid, grid_of
 from advise_ros.recording.gridfile import grid_to_mapping, load_grid, load_place
+from advise_ros.recording.gridtext import grid_text, write_new
 from advise_ros.recording.place import Place
 
-CELLS_A_LINE = 12
 EPILOG = f"""Files: {KNOWN}.
 
 examples:
   ./advise grid from survey.plan --cell 5 --out my_grid.yaml
   ./advise grid from site.kml --cell 4 --altitude 6 --heading auto --out my_grid.yaml
+  ./advise grid draw my_grid.yaml
+  ./advise grid draw --picture garden.png --corners "0,0 60,40"
+  ./advise grid draw --picture ortho.jpg --corners-wgs84 "47.3975,8.5450 47.3979,8.5458"
+  ./advise grid draw --map house.yaml
   ./advise grid show my_grid.yaml
 
 Of a mission the places that are flown to become waypoints, areas to keep out of blocked cells; where there is an area to stay
 in, cells that do not lie wholly in it are blocked. In KML and GeoJSON the longest line is the route (without one: the points),
 and an area is one to keep out of if its name says so ("keep out", "exclusion", "no-fly"). What was not read is said.
+
+draw serves a page on this machine alone and opens it; what is drawn there is checked as `show` does it, and saved where you say.
+Ctrl-C ends it.
 
 Next: ./advise fly --grid my_grid.yaml
 
@@ -44,6 +50,8 @@ def run(argv: Sequence[str]) -> int:
     """The command; returns its exit code."""
     options = _parser().parse_args(argv)
     try:
+        if options.what == 'draw':
+            return grid_draw.run(options)
         print(_imported(options) if options.what == 'from' else _shown(load_grid(options.file), load_place(options.file)))
     except AdviseError as problem:
         return fail(str(problem))
@@ -68,22 +76,13 @@ def _write(path: Path, found: PlacedGrid, source: str) -> None:
         'origin_wgs84': [found.place.latitude_deg, found.place.longitude_deg], 'heading_deg': found.place.heading_deg,
         **grid_to_mapping(found.grid),
     }
-    text = 'grid:\n' + ''.join(f'  {key}: {_flow(value)}\n' for key, value in values.items())
+    head = f'# From {Path(source).name}; cells are [x, y]; y points heading_deg clockwise from north.\n'
     try:
-        with path.open('x', encoding='utf-8') as file:
-            file.write(f'# From {Path(source).name}; cells are [x, y]; y points heading_deg clockwise from north.\n{text}')
+        write_new(path, grid_text(values, head))
     except FileExistsError:
         raise InputError(f'{path} exists already; name another file by --out, or move it away') from None
     except OSError as problem:
         raise InputError(f'{path} cannot be written ({problem.strerror}); name another file by --out') from None
-
-
-def _flow(value: object) -> str:
-    """YAML on one line, of many cells on several that are indented."""
-    if isinstance(value, list) and len(value) > CELLS_A_LINE:
-        lines = [', '.join(map(str, value[at : at + CELLS_A_LINE])) for at in range(0, len(value), CELLS_A_LINE)]
-        return '[\n    ' + ',\n    '.join(lines) + ',\n  ]'
-    return yaml.safe_dump(value, default_flow_style=True, width=1000).removesuffix('...\n').strip()
 
 
 def _shown(grid: Grid, place: Place | None) -> str:
@@ -115,7 +114,7 @@ def _parser() -> argparse.ArgumentParser:
     parser = CommandParser(
         prog='grid', description=__doc__, epilog=EPILOG, formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    what = parser.add_subparsers(dest='what', required=True, metavar='from | show')
+    what = parser.add_subparsers(dest='what', required=True, metavar='from | draw | show')
     imported = what.add_parser('from', help="a grid file out of another tool's file")
     imported.add_argument('file', metavar='FILE', help=KNOWN)
     imported.add_argument('--cell', type=float, required=True, metavar='M', help='edge of a cell')
@@ -126,6 +125,7 @@ def _parser() -> argparse.ArgumentParser:
     )
     imported.add_argument('--margin', type=int, default=2, metavar='N', help='cells around the route (default 2)')
     imported.add_argument('--out', '-o', required=True, metavar='FILE', help='grid file to write')
+    grid_draw.add_options(what.add_parser('draw', help='draw a grid file on a page, over a picture or a map'))
     shown = what.add_parser('show', help='check a grid file and draw it as text')
     shown.add_argument('file', metavar='FILE', help='grid file')
     return parser

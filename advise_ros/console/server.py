@@ -1,48 +1,25 @@
-"""The page's server: NiceGUI in a thread of its own."""
+"""The page's server: what is new goes to every open window, and their requests to the dispatcher."""
 
 from __future__ import annotations
 
 import asyncio
-import os
 import socket
-import threading
-from pathlib import Path
 from typing import Any
 
-from fastapi import HTTPException, Request
+from fastapi import Request
 from nicegui import app, background_tasks, ui
-from nicegui.server import Server
 
 from advise_ros.config import ConsoleConfig
 from advise_ros.console import language
 from advise_ros.console.board import newer
 from advise_ros.console.listener import GraphListener
-from advise_ros.console.port import HOST
-from advise_ros.console.protection import Gate, Protection
+from advise_ros.console.protection import Gate
 from advise_ros.console.requests import RequestDispatcher
+from advise_ros.console.serving import COOKIE, PageThread, head
 from advise_ros.console.wording import reply_in
 
-STATIC = Path(__file__).parent / 'static'
 # A page that hears nothing for some of these says that it is cut off.
 BEAT_S = 1.0
-STOP_PATIENCE_S = 3.0
-# A browser that is away for longer loads the page anew.
-RECONNECT_S = 30.0
-# The language that a person chose on the page.
-COOKIE = 'advise-language'
-# All modules at once, instead of one import after the other.
-HEAD = '<link rel="stylesheet" href="/console/console.css">' + ''.join(
-    f'<link rel="modulepreload" href="/console/{path.name}">' for path in sorted(STATIC.glob('*.js'))
-)
-# Browsers load the page's files again when they have changed.
-CACHE_S = 0
-
-
-def texts(code: str) -> dict[str, Any]:
-    """The catalogue of a language, for a page that changes to it."""
-    if code not in language.languages():
-        raise HTTPException(404, f'no language {code!r}; there are {", ".join(language.languages())}')
-    return language.catalogue(code)
 
 
 class Page(ui.element, component='static/console.js'):
@@ -96,57 +73,22 @@ class Page(ui.element, component='static/console.js'):
             self.run_method('reply', given.get('id'), reply)
 
 
-class PageServer:
-    """Serves the listener's board to every window, and hands their requests to the dispatcher.
-
-    Attributes:
-        failure: why it serves no more, empty while it does.
-    """
+class PageServer(PageThread):
+    """Serves the listener's board to every window, and hands their requests to the dispatcher."""
 
     def __init__(
         self, listener: GraphListener, dispatcher: RequestDispatcher, gate: Gate, bound: socket.socket, config: ConsoleConfig,
     ) -> None:
-        self._listener, self._dispatcher, self._bound = listener, dispatcher, bound
+        super().__init__(gate, bound)
+        self._listener, self._dispatcher = listener, dispatcher
         self._period_s, self._language = 1.0 / config.rate_hz, config.language
         self._pages: set[Page] = set()
-        self.failure = ''
-        self._thread = threading.Thread(target=self._run, name='page-server', daemon=True)
-        app.add_static_files('/console', STATIC, max_cache_age=CACHE_S)
-        app.add_middleware(Protection, gate=gate)
         app.on_startup(lambda: background_tasks.create(self._push_for_ever(), name='push'))
         ui.page('/', title='advise', response_timeout=30)(self._open)
-        app.get('/console-texts/{code}')(texts)
-
-    def start(self) -> None:
-        self._thread.start()
-
-    def stop(self) -> None:
-        """Close every connection; returns when the thread has ended, or after some seconds."""
-        server = getattr(Server, 'instance', None)
-        if server is not None:
-            server.should_exit = True
-        if self._thread.is_alive():
-            self._thread.join(STOP_PATIENCE_S)
-        self._bound.close()
-
-    def _run(self) -> None:
-        os.environ.pop('PYTEST_CURRENT_TEST', None)  # Whoever tests with this node: NiceGUI would take a port of its own tests.
-        try:
-            self._serve()
-        except (Exception, SystemExit) as problem:  # noqa: BLE001  the thread's end is the page's end, whatever ended it
-            self.failure = f'the page cannot be served any more: {type(problem).__name__}: {problem}'
-
-    def _serve(self) -> None:
-        # Nothing is compressed: on the same machine that takes longer than it saves.
-        ui.run(
-            host=HOST, port=self._bound.getsockname()[1], fd=self._bound.fileno(), reload=False, show=False, tailwind=False,
-            show_welcome_message=False, dark=None, favicon=STATIC / 'icon.svg', reconnect_timeout=RECONNECT_S,
-            binding_refresh_interval=None, gzip_middleware_factory=None, access_log=False, timeout_graceful_shutdown=1,
-        )
 
     def _open(self, request: Request) -> None:
         ui.add_css(':root { color-scheme: light dark }')
-        ui.add_head_html(HEAD)
+        ui.add_head_html(head(''))
         chosen = request.cookies.get(COOKIE) or self._language
         page = Page(self._listener, self._dispatcher, language.of_browser(request.headers.get('accept-language', ''), chosen))
         self._pages.add(page)

@@ -56,6 +56,24 @@ def load_place(path: str | Path) -> Place | None:
     return _of_file(path, place_from_mapping)
 
 
+def load_mapping(path: str | Path) -> dict[str, Any]:
+    """The keys below `grid:` as they stand in a grid file; nothing of them is checked.
+
+    Raises:
+        InputError: as load_grid, of what is no grid file at all.
+    """
+    return _of_file(path, dict)
+
+
+def grid_from_text(text: str) -> Grid:
+    """The grid of a grid file's text.
+
+    Raises:
+        InputError: as load_grid, without the file's name.
+    """
+    return grid_from_mapping(_grid_mapping(_parsed(text, f'a grid, {EXAMPLE}')))
+
+
 def _grid_of(path: str | Path) -> Grid:
     return _of_file(path, grid_from_mapping)
 
@@ -126,12 +144,19 @@ def read_yaml(path: Path, wanted: str) -> Any:
         InputError: it cannot be read or is no YAML; without the file's name.
     """
     try:
-        return yaml.safe_load(path.read_text(encoding='utf-8'))
+        return _parsed(path.read_text(encoding='utf-8'), wanted)
     except FileNotFoundError:
         raise InputError(f'there is no such file; name a YAML file with {wanted}') from None
     except OSError as problem:
         raise InputError(f'it cannot be read ({problem.strerror}); name a YAML file with {wanted}') from None
-    except (yaml.YAMLError, UnicodeDecodeError) as problem:
+    except UnicodeDecodeError as problem:
+        raise InputError(f'{in_words(problem)}; name a YAML file with {wanted}') from None
+
+
+def _parsed(text: str, wanted: str) -> Any:
+    try:
+        return yaml.safe_load(text)
+    except yaml.YAMLError as problem:
         raise InputError(f'{in_words(problem)}; name a YAML file with {wanted}') from None
 
 

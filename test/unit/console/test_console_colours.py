@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from advise_ros.console.server import STATIC
+from advise_ros.console.serving import STATIC
 
 TEXT, MARK = 4.5, 3.0  # Success criteria 1.4.3 and 1.4.11.
 # What is written on what, and what is drawn on what.
