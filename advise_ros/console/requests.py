@@ -83,7 +83,7 @@ class RequestDispatcher:
         self._answer = node.create_client(AnswerQuery, 'advise/answer')
         self._preview = node.create_client(PreviewAnswer, 'advise/preview')
         self._retract = node.create_client(RetractAdvice, 'advise/retract')
-        self._goals = FlightGoals(node, listener.board)
+        self._goals = FlightGoals(node)
         self._inbox: deque[Callable[[], None]] = deque()
         self._kept: OrderedDict[str, PendingAnswer] = OrderedDict()
         self._replied: OrderedDict[str, Promise[Reply]] = OrderedDict()
@@ -261,7 +261,6 @@ class RequestDispatcher:
             elif not self._listener.learner_alive():
                 kept.since_s = now
         self._forward()
-        self._goals.look(now)
         for waiting in self._waiting:
             if now > waiting.until_s:
                 silent = mark('no reply to {what} within {seconds} s: the node that serves it may be gone')

@@ -31,11 +31,16 @@ from advise_ros.ros.diagnostics import OK, WARN
 from advise_ros.ros.flight_publisher import FlightPublisher
 from advise_ros.ros.flying import NEWEST_POSE, between_poses_ns, velocity_command
 from advise_ros.ros.managed import ManagedNode
-from advise_ros.ros.readiness import GoalPatience, Readiness
+from advise_ros.ros.readiness import GoalPatience, Readiness, Refusal
 
 # After a flight zero velocity is sent for this long, then nothing: another node may fly.
 HOLD_S, DIAGNOSE_PERIOD_S = 1.0, 0.5
 ENDS_AS_WANTED = (FlightPhase.SUCCEEDED, FlightPhase.CANCELED)
+# Those that nobody asked for are errors of the action.
+ERROR_CODES = {
+    FlightPhase.BUDGET_SPENT: Fly.Result.BUDGET_SPENT, FlightPhase.BLOCKED: Fly.Result.BLOCKED,
+    FlightPhase.STOPPED: Fly.Result.STOPPED, FlightPhase.LOST: Fly.Result.LOST,
+}
 # Of zero velocity while it holds (steady time).
 WATCHDOG_HZ = 50.0
 
@@ -62,8 +67,8 @@ class PolicyNode(ManagedNode):
     blocked cell, off the grid, when the steps of its budget are spent, or (stop_on_loop) as soon as a state
     comes back, because the policy then repeats itself. It is stopped when the vehicle takes no commands any more, or
     when no pose came for give_up_s beyond pose_timeout_s; a flight that has ended never goes on by itself. It begins
-    with the way to the centre of the present cell, from at most start_reach_m off the grid. Why a goal was refused
-    stands in `policy/status`.
+    with the way to the centre of the present cell, from at most start_reach_m off the grid. A goal that cannot be
+    flown is accepted and aborted at once; why stands in its result (error_code, error_msg) and in `policy/status`.
 
     Action: `policy/fly` (advise_msgs/action/Fly). Service: `policy/stop` (std_srvs/Trigger), hold now.
     Both leave the vehicle in the air.
@@ -157,8 +162,11 @@ class PolicyNode(ManagedNode):
         if flight.phase.over:
             self._end(flight.phase, flight.message)
         elif self._flight_publisher.update(flight, flight.phase, flight.message, pose.stamp_ns):
-            next_waypoint = self._flight_publisher.status.next_waypoint
-            flying.goal.publish_feedback(Fly.Feedback(state=flight.state, next_waypoint=next_waypoint, steps=flight.steps))
+            self._feed_back(flying)
+
+    def _feed_back(self, flying: Flying) -> None:
+        flight, next_waypoint = flying.flight, self._flight_publisher.status.next_waypoint
+        flying.goal.publish_feedback(Fly.Feedback(state=flight.state, next_waypoint=next_waypoint, steps=flight.steps))
 
     @property
     def _stamp_ns(self) -> int:
@@ -191,33 +199,33 @@ class PolicyNode(ManagedNode):
             flight_id=self._flight_publisher.status.flight_id,
             policy_version=flying.policy_version, steps=flight.steps, waypoints_reached=flight.waypoints_reached,
             seconds=(self._stamp_ns - flying.began_ns) / NS, message=flight.message,
+            error_code=ERROR_CODES.get(flight.phase, Fly.Result.NONE),
+            error_msg=flight.message if flight.phase in ERROR_CODES else '',
         )
 
     # -- requests ----------------------------------------------------------------------------
-    def _missing(self, goal: Fly.Goal) -> str:
-        """What a goal waits a moment for; empty when all is there."""
+    def _missing(self, goal: Fly.Goal) -> Refusal | None:
+        """What a goal waits a moment for; None when all is there."""
         return self._ready.missing(goal)
 
-    def _refusal(self, goal: Fly.Goal) -> str:
-        """Why a flight can't begin now; empty when it can."""
+    def _refusal(self, goal: Fly.Goal) -> Refusal | None:
+        """Why a flight can't begin now; None when it can."""
         if not self.active:
-            return self.why_idle
+            return Refusal(Fly.Result.NOT_ACTIVE, self.why_idle)
         if self._flying is not None:
-            return 'a flight is under way; cancel it or call policy/stop'
+            return Refusal(Fly.Result.FLIES_ALREADY, 'a flight is under way; cancel it or call policy/stop')
         return self._ready.refusal(goal)
 
     async def _on_goal(self, goal: Fly.Goal) -> GoalResponse:
         if self.active and self._missing(goal):  # What the client has seen may still be on its way to this node.
             self._watchdog.reset()
             await self._patience.wait(goal)
-        refusal = self._refusal(goal)
-        if not refusal:
-            return GoalResponse.ACCEPT
-        self.get_logger().warning(f'policy/fly is refused: {refusal}')
-        self._flight_publisher.refuse(refusal)
-        return GoalResponse.REJECT
+        return GoalResponse.ACCEPT  # A rejection has no words: what cannot be flown is aborted at once, as in Nav2.
 
     def _on_accepted(self, goal: ServerGoalHandle) -> None:
+        if (refusal := self._refusal(goal.request)) is not None:
+            goal.execute(partial(self._refuse, refusal))
+            return
         flight = PolicyFlight(self._policies.plan(goal.request), self.config.seek_settings())
         self._flying = Flying(flight, self._policies.version, self._stamp_ns, goal, Future())
         self._pose_missing = False
@@ -225,6 +233,13 @@ class PolicyNode(ManagedNode):
         self._flight_publisher.begin(flight, self._policies.version, self._stamp_ns)
         self.get_logger().info(f'flight {self._flight_publisher.status.flight_id} of policy {self._policies.version} begins')
         goal.execute(partial(self._execute, self._flying.ended))
+        self._feed_back(self._flying)
+
+    def _refuse(self, refusal: Refusal, goal: ServerGoalHandle) -> Fly.Result:
+        self.get_logger().warning(f'policy/fly is refused: {refusal.message}')
+        self._flight_publisher.refuse(refusal.message)
+        goal.abort()
+        return Fly.Result(message=refusal.message, error_code=refusal.error_code, error_msg=refusal.message)
 
     async def _execute(self, ended: Future, goal: ServerGoalHandle) -> Fly.Result:
         result: Fly.Result = await ended

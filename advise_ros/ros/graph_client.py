@@ -252,16 +252,19 @@ class GraphClient:
         self.wait('the action policy/fly', lambda: self._fly.server_is_ready() or None, timeout_s)
         goal = Fly.Goal(step_budget=0, start_cell=start_cell, policy_version=max(self.policies, default=0))
         end = self._clock() + ACCEPT_PATIENCE_S
-        while (handle := self._send(goal)) is None or not handle.accepted:
+        while True:
+            handle = self._send(goal)
+            result = None if handle is None else self._done('the end of the flight', handle.get_result_async, timeout_s).result
+            if result is not None and result.flight_id:
+                return result
             if self._clock() < end:  # A node that has just started may not have received the policy yet.
                 continue
-            if handle is None:
+            if result is None:
                 raise GraphTimeoutError(NO_REPLY)
-            raise AdviseError(f'policy/fly refused: {self.flight.refusal if self.flight else "no reason given"}')
-        return self._done('the end of the flight', handle.get_result_async, timeout_s).result
+            raise AdviseError(f'policy/fly refused: {result.error_msg} (error {result.error_code})')
 
     def begin_flight(self, goal: Fly.Goal, timeout_s: float) -> bool:
-        """Send a goal once; whether it was accepted.
+        """Send a goal once; whether its flight began.
 
         Args:
             goal: of policy/fly.
@@ -271,15 +274,20 @@ class GraphClient:
             GraphTimeoutError: no such action, or no reply in time.
         """
         self.wait('the action policy/fly', lambda: self._fly.server_is_ready() or None, timeout_s)
-        handle = self._send(goal, timeout_s)
+        began: list[Any] = []
+        handle = self._send(goal, timeout_s, began.append)
         if handle is None:
             raise GraphTimeoutError(NO_REPLY)
-        return bool(handle.accepted)
+        asked = self._executor.create_task(handle.get_result_async)
+        self.wait('the flight to begin', lambda: began or (asked.done() and asked.result().done()) or None, timeout_s)
+        return bool(began) or bool(asked.result().result().result.flight_id)
 
-    def _send(self, goal: Fly.Goal, timeout_s: float = REPLY_PATIENCE_S) -> Any | None:
+    def _send(
+        self, goal: Fly.Goal, timeout_s: float = REPLY_PATIENCE_S, on_feedback: Callable[[Any], None] | None = None,
+    ) -> Any | None:
         """The handle of a goal; None without a reply."""
         try:
-            return self._done('the reply of policy/fly', lambda: self._fly.send_goal_async(goal), timeout_s)
+            return self._done('the reply of policy/fly', lambda: self._fly.send_goal_async(goal, on_feedback), timeout_s)
         except GraphTimeoutError:
             return None
 

@@ -22,6 +22,13 @@ from advise_ros.ros.pose_intake import PoseIntake
 from advise_ros.ros.simulated_clock import ClockWatch
 
 
+class Refusal(NamedTuple):
+    """Why a goal cannot be flown: a code of advise_msgs/action/Fly and one sentence."""
+
+    error_code: int
+    message: str
+
+
 class PolicyCache:
     """Keeps the newest good policy.
 
@@ -90,25 +97,31 @@ class Readiness:
         self.poses = PoseIntake(node, config.pose_timeout_s)
         self.vehicle: VehicleState | None = None
 
-    def missing(self, goal: Fly.Goal) -> str:
-        """What has not arrived (yet); empty when all is there."""
-        if missing := self._clock.problem or self.policies.missing(goal.policy_version) or self.poses.missing:
-            return missing
-        if self.vehicle is not None and not self.vehicle.commandable:
-            why = why_no_commands(self.vehicle) if self.vehicle.in_air else self.vehicle.waiting_for or 'take off first'
-            return f'the vehicle takes no commands: {why}'
-        return ''
+    def missing(self, goal: Fly.Goal) -> Refusal | None:
+        """What has not arrived (yet); None when all is there."""
+        lacking = (
+            (Fly.Result.NO_CLOCK, self._clock.problem), (Fly.Result.NO_POLICY, self.policies.missing(goal.policy_version)),
+            (Fly.Result.NO_POSE, self.poses.missing), (Fly.Result.NO_VEHICLE, self._vehicle_problem),
+        )
+        return next((Refusal(code, sentence) for code, sentence in lacking if sentence), None)
 
-    def refusal(self, goal: Fly.Goal) -> str:
-        """Why a flight cannot begin now; empty when it can."""
+    @property
+    def _vehicle_problem(self) -> str:
+        if self.vehicle is None or self.vehicle.commandable:
+            return ''
+        why = why_no_commands(self.vehicle) if self.vehicle.in_air else self.vehicle.waiting_for or 'take off first'
+        return f'the vehicle takes no commands: {why}'
+
+    def refusal(self, goal: Fly.Goal) -> Refusal | None:
+        """Why a flight cannot begin now; None when it can."""
         if missing := self.missing(goal):
             return missing
         assert self.poses.pose is not None
         try:
             check_start(self.policies.plan(goal), self.poses.pose.position_enu_m)
         except InputError as problem:
-            return str(problem)
-        return ''
+            return Refusal(Fly.Result.NO_START, str(problem))
+        return None
 
     @property
     def complaint(self) -> str:
@@ -130,10 +143,10 @@ class GoalPatience:
     """Lets goals wait a little; `look` must be called meanwhile.
 
     Args:
-        missing: what a goal lacks now, '' if nothing.
+        missing: what a goal lacks now, None if nothing.
     """
 
-    def __init__(self, missing: Callable[[Fly.Goal], str]) -> None:
+    def __init__(self, missing: Callable[[Fly.Goal], Refusal | None]) -> None:
         self._missing = missing
         self._waiting: list[_Waiting] = []
 

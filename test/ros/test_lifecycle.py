@@ -75,7 +75,8 @@ def vector(command: TwistStamped) -> tuple[float, float, float]:
 
 
 def refused(graph: Graph, words: str) -> None:
-    assert not graph.send_goal(Fly, 'policy/fly', Fly.Goal(start_cell=-1)).accepted
+    result = graph.refused_goal(Fly, 'policy/fly', Fly.Goal(start_cell=-1))
+    assert (result.error_code, words in result.error_msg) == (Fly.Result.NOT_ACTIVE, True)
     graph.wait_for('policy/status', FlightStatus, lambda s: words in s.refusal, qos.latched())
 
 

@@ -84,8 +84,9 @@ def test_flights_that_cannot_begin_are_refused_in_words(graph: Graph, tmp_path: 
     path.write_text(yaml.safe_dump({'grid': grid_to_mapping(grid)}))
     policy = graph.start('policy', {'grid_file': str(path), **PATIENT})
 
-    def refused(words: str, **goal: int) -> None:
-        assert not graph.send_goal(Fly, 'policy/fly', Fly.Goal(**goal)).accepted
+    def refused(words: str, code: int = Fly.Result.NO_POLICY, **goal: int) -> None:
+        result = graph.refused_goal(Fly, 'policy/fly', Fly.Goal(**goal))
+        assert (result.error_code, words in result.error_msg) == (code, True), result
         assert words in wait_for_refusal(graph, words).refusal
         graph.wait_until(lambda: f'policy/fly is refused: {words}'[:30] in policy.text)
 
@@ -97,10 +98,10 @@ def test_flights_that_cannot_begin_are_refused_in_words(graph: Graph, tmp_path: 
     publish_policy(graph, grid, best(grid)[:5], version=2)
     graph.wait_until(lambda: '5 actions for the 36 states' in policy.text)
     publish_policy(graph, grid, best(grid), version=3)
-    refused('no pose arrives')
+    refused('no pose arrives', Fly.Result.NO_POSE)
     bridge = MockBridge(graph, grid)
     refused('policy 4 is asked for, 3 is the newest one here', policy_version=4)
-    refused('start cell 99 is blocked or outside', start_cell=99)
+    refused('start cell 99 is blocked or outside', Fly.Result.NO_START, start_cell=99)
     bridge.frame_id = 'odom'
     diagnosis = graph.wait_for(
         '/diagnostics', DiagnosticArray, lambda m: any("poses are in frame 'odom'" in s.message for s in m.status),
@@ -113,7 +114,7 @@ def test_flights_that_cannot_begin_are_refused_in_words(graph: Graph, tmp_path: 
     bridge.in_air = False
     bridge.publish_status()
     graph.wait_for('/diagnostics', DiagnosticArray, lambda m: any(s.message == 'ready to fly' for s in m.status), new=True)
-    refused('the vehicle takes no commands: take off first')
+    refused('the vehicle takes no commands: take off first', Fly.Result.NO_VEHICLE)
     assert not bridge.commands
 
 
@@ -135,7 +136,7 @@ def test_holding_by_cancel_stop_and_the_vehicle_itself(graph: Graph) -> None:
         return (linear.x, linear.y, linear.z) == (0.0, 0.0, 0.0)
 
     handle = take_off_and_fly()
-    assert not graph.send_goal(Fly, 'policy/fly', Fly.Goal()).accepted
+    assert graph.refused_goal(Fly, 'policy/fly', Fly.Goal()).error_code == Fly.Result.FLIES_ALREADY
     status = wait_for_refusal(graph, 'a flight is under way')
     assert (status.phase, status.message, status.flight_id) == (FlightStatus.FLYING, '', 1)
     graph.cancel(handle)
@@ -232,7 +233,9 @@ def test_why_the_vehicle_takes_no_commands_any_more(graph: Graph, changes: dict[
     publish_policy(graph, grid, best(grid))
     handle = graph.accepted_goal(Fly, 'policy/fly', Fly.Goal(start_cell=-1))
     bridge.publish_status(**{'commandable': False, **changes})
-    assert graph.result(handle).result.message == f'the vehicle takes no commands any more ({words})'
+    result = graph.result(handle).result
+    assert result.message == result.error_msg == f'the vehicle takes no commands any more ({words})'
+    assert result.error_code == Fly.Result.STOPPED
     bridge.publish_status()
     graph.wait_for('policy/status', FlightStatus, lambda s: s.phase == FlightStatus.STOPPED, qos.latched())
     assert not [c for c in bridge.commands[-1:] if c.twist.linear.x or c.twist.linear.y], 'it returns, and nothing moves'
@@ -243,7 +246,7 @@ def test_without_a_clock_it_says_so_and_refuses(graph: Graph) -> None:
     bridge = MockBridge(graph, grid)
     policy = graph.start('policy', {'use_sim_time': True})
     publish_policy(graph, grid, best(grid))
-    assert not graph.send_goal(Fly, 'policy/fly', Fly.Goal(start_cell=-1)).accepted
+    assert graph.refused_goal(Fly, 'policy/fly', Fly.Goal(start_cell=-1)).error_code == Fly.Result.NO_CLOCK
     said = 'use_sim_time is set and nothing arrives on /clock; leave use_sim_time out, or start what publishes /clock'
     assert said in wait_for_refusal(graph, said).refusal
     graph.wait_for('/diagnostics', DiagnosticArray, lambda m: any(said in s.message for s in m.status))

@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import rclpy
+from action_msgs.msg import GoalStatus
 from rclpy.action import ActionClient
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
@@ -166,12 +167,21 @@ class Graph:
         return self.wait_future(sent, timeout_s, f'an answer to the goal of {name}')
 
     def accepted_goal(self, kind: type, name: str, goal: Any, timeout_s: float = PATIENCE_S) -> Any:
-        """The handle of a goal that is sent until it is accepted: the server may hear later than we that it can be."""
-        def accepted() -> Any:
-            handle = self.send_goal(kind, name, goal, timeout_s=timeout_s)
-            return handle if handle.accepted else None
+        """The handle of a goal that is sent until its flight begins: the server may hear later than we that it can."""
+        def begun() -> Any:
+            fed_back: list[Any] = []
+            handle = self.send_goal(kind, name, goal, fed_back.append, timeout_s)
+            asked = self.in_node_thread(handle.get_result_async)
+            self.wait_until(lambda: fed_back or asked.done(), timeout_s, f'{name} to begin or to refuse')
+            return handle if fed_back or asked.result().result.flight_id else None
 
-        return self.wait_until(accepted, timeout_s, f'{name} to accept a goal')
+        return self.wait_until(begun, timeout_s, f'{name} to begin')
+
+    def refused_goal(self, kind: type, name: str, goal: Any) -> Any:
+        """The result of a goal that is accepted and aborted at once."""
+        ended = self.result(self.send_goal(kind, name, goal))
+        assert (ended.status, ended.result.flight_id) == (GoalStatus.STATUS_ABORTED, 0), ended
+        return ended.result
 
     def result(self, handle: Any, timeout_s: float = PATIENCE_S) -> Any:
         """The end of an action goal: `.status` and `.result`."""
