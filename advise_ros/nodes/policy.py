@@ -31,7 +31,7 @@ from advise_ros.ros.diagnostics import OK, WARN
 from advise_ros.ros.flight_publisher import FlightPublisher
 from advise_ros.ros.flying import NEWEST_POSE, between_poses_ns, velocity_command
 from advise_ros.ros.managed import ManagedNode
-from advise_ros.ros.readiness import GoalPatience, Readiness, Refusal
+from advise_ros.ros.readiness import GoalPatience, Readiness, GoalRefusal
 
 # After a flight zero velocity is sent for this long, then nothing: another node may fly.
 HOLD_S, DIAGNOSE_PERIOD_S = 1.0, 0.5
@@ -204,16 +204,16 @@ class PolicyNode(ManagedNode):
         )
 
     # -- requests ----------------------------------------------------------------------------
-    def _missing(self, goal: Fly.Goal) -> Refusal | None:
+    def _missing(self, goal: Fly.Goal) -> GoalRefusal | None:
         """What a goal waits a moment for; None when all is there."""
         return self._ready.missing(goal)
 
-    def _refusal(self, goal: Fly.Goal) -> Refusal | None:
+    def _refusal(self, goal: Fly.Goal) -> GoalRefusal | None:
         """Why a flight can't begin now; None when it can."""
         if not self.active:
-            return Refusal(Fly.Result.NOT_ACTIVE, self.why_idle)
+            return GoalRefusal(Fly.Result.NOT_ACTIVE, self.why_idle)
         if self._flying is not None:
-            return Refusal(Fly.Result.FLIES_ALREADY, 'a flight is under way; cancel it or call policy/stop')
+            return GoalRefusal(Fly.Result.FLIES_ALREADY, 'a flight is under way; cancel it or call policy/stop')
         return self._ready.refusal(goal)
 
     async def _on_goal(self, goal: Fly.Goal) -> GoalResponse:
@@ -235,7 +235,7 @@ class PolicyNode(ManagedNode):
         goal.execute(partial(self._execute, self._flying.ended))
         self._feed_back(self._flying)
 
-    def _refuse(self, refusal: Refusal, goal: ServerGoalHandle) -> Fly.Result:
+    def _refuse(self, refusal: GoalRefusal, goal: ServerGoalHandle) -> Fly.Result:
         self.get_logger().warning(f'policy/fly is refused: {refusal.message}')
         self._flight_publisher.refuse(refusal.message)
         goal.abort()

@@ -22,7 +22,7 @@ from advise_ros.ros.pose_intake import PoseIntake
 from advise_ros.ros.simulated_clock import ClockWatch
 
 
-class Refusal(NamedTuple):
+class GoalRefusal(NamedTuple):
     """Why a goal cannot be flown: a code of advise_msgs/action/Fly and one sentence."""
 
     error_code: int
@@ -97,13 +97,13 @@ class Readiness:
         self.poses = PoseIntake(node, config.pose_timeout_s)
         self.vehicle: VehicleState | None = None
 
-    def missing(self, goal: Fly.Goal) -> Refusal | None:
+    def missing(self, goal: Fly.Goal) -> GoalRefusal | None:
         """What has not arrived (yet); None when all is there."""
         lacking = (
             (Fly.Result.NO_CLOCK, self._clock.problem), (Fly.Result.NO_POLICY, self.policies.missing(goal.policy_version)),
             (Fly.Result.NO_POSE, self.poses.missing), (Fly.Result.NO_VEHICLE, self._vehicle_problem),
         )
-        return next((Refusal(code, sentence) for code, sentence in lacking if sentence), None)
+        return next((GoalRefusal(code, sentence) for code, sentence in lacking if sentence), None)
 
     @property
     def _vehicle_problem(self) -> str:
@@ -112,7 +112,7 @@ class Readiness:
         why = why_no_commands(self.vehicle) if self.vehicle.in_air else self.vehicle.waiting_for or 'take off first'
         return f'the vehicle takes no commands: {why}'
 
-    def refusal(self, goal: Fly.Goal) -> Refusal | None:
+    def refusal(self, goal: Fly.Goal) -> GoalRefusal | None:
         """Why a flight cannot begin now; None when it can."""
         if missing := self.missing(goal):
             return missing
@@ -120,7 +120,7 @@ class Readiness:
         try:
             check_start(self.policies.plan(goal), self.poses.pose.position_enu_m)
         except InputError as problem:
-            return Refusal(Fly.Result.NO_START, str(problem))
+            return GoalRefusal(Fly.Result.NO_START, str(problem))
         return None
 
     @property
@@ -146,7 +146,7 @@ class GoalPatience:
         missing: what a goal lacks now, None if nothing.
     """
 
-    def __init__(self, missing: Callable[[Fly.Goal], Refusal | None]) -> None:
+    def __init__(self, missing: Callable[[Fly.Goal], GoalRefusal | None]) -> None:
         self._missing = missing
         self._waiting: list[_Waiting] = []
 
