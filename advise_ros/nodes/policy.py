@@ -31,7 +31,7 @@ from advise_ros.ros.diagnostics import OK, WARN
 from advise_ros.ros.flight_publisher import FlightPublisher
 from advise_ros.ros.flying import NEWEST_POSE, between_poses_ns, velocity_command
 from advise_ros.ros.managed import ManagedNode
-from advise_ros.ros.readiness import GoalPatience, Readiness, GoalRefusal
+from advise_ros.ros.readiness import GoalPatience, GoalRefusal, Readiness
 
 # After a flight zero velocity is sent for this long, then nothing: another node may fly.
 HOLD_S, DIAGNOSE_PERIOD_S = 1.0, 0.5
