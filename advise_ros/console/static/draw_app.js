@@ -42,7 +42,7 @@ export default {
   template,
   data() {
     return {
-      grid: fromValues(this.start.values), past: [], future: [], wrong: {}, verdict: null, tool: 'area', cursor: [0, 0], focused: false, held: -1, fence: [], box: null, corner: null,
+      grid: fromValues(this.start.values), past: [], future: [], wrong: {}, drafts: {}, verdict: null, tool: this.start.opened ? 'waypoint' : 'area', cursor: [0, 0], focused: false, held: -1, fence: [], box: null, corner: null,
       name: this.start.name, exists: null, saved: null, note: null, help: false, up: false, dirty: false,
       picture: null, corners: this.start.corners || null, hidden: this.start.hidden, strength: 1, cornersText: '', onEarth: false,
       theme: localStorage.getItem('advise-theme') || 'auto', systemDark: matchMedia('(prefers-color-scheme: dark)').matches,
@@ -67,7 +67,7 @@ export default {
       return words.join(', ');
     },
     scene() {
-      return { grid: this.grid, picture: this.picture, corners: this.corners, strength: this.strength, tool: this.tool, cursor: this.focused ? this.cursor : null, rings: this.rings, fence: this.fence, box: this.box, margin: FENCE_MARGIN_M, north: this.grid.heading ?? 0, held: this.held };
+      return { grid: this.grid, picture: this.picture, corners: this.corners, strength: this.strength, tool: this.tool, cursor: this.focused ? this.cursor : null, rings: this.rings, fence: this.fence, box: this.box, margin: FENCE_MARGIN_M, words: t('fence'), north: this.grid.heading ?? 0, held: this.held };
     },
   },
   watch: {
@@ -168,11 +168,13 @@ export default {
     freeAll() { this.change({ ...this.grid, blocked: new Set() }); },
     // -- numbers -------------------------------------------------------------------------
     shown({ key, field, at }) {
+      if (key in this.drafts) return this.drafts[key]; // What is being typed stays, whatever comes meanwhile.
       if (key in this.wrong) return this.wrong[key];
       const value = field ? this.grid[field] : key === HEADING ? this.grid.heading : this.grid.earth;
       return at === undefined ? value : value?.[at];
     },
     edit(one, raw) {
+      delete this.drafts[one.key];
       const text = raw.trim().replace(',', '.'), value = text === '' ? null : Number.isFinite(Number(text)) ? Number(text) : raw.trim();
       const { [one.key]: _, ...others } = this.wrong;
       const drawable = Number.isFinite(value) && (!one.size || (value > 0 && value < 1e6)) && (!one.whole || Number.isInteger(value));

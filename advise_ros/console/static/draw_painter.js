@@ -2,7 +2,7 @@
 import { cellOf, centre, high, inside, keyOf } from '/console/draw_grid.js';
 
 const NAMES = ['paper', 'ink', 'soft', 'line', 'accent', 'bad', 'card', 'wall', 'route', 'cell'];
-const PAD = 34, LEAST_SCALE = 0.02, MOST_SCALE = 400, FONT = [600, 12];
+const PAD = 34, BELOW = 34, LEAST_SCALE = 0.02, MOST_SCALE = 400, FONT = [600, 12];
 export const HANDLES = [[-1, -1], [0, -1], [1, -1], [-1, 0], [1, 0], [-1, 1], [0, 1], [1, 1]];
 
 export class Board {
@@ -26,8 +26,8 @@ export class Board {
   // The whole of these points [m].
   whole(points) {
     const low = [0, 1].map((axis) => Math.min(...points.map((point) => point[axis]))), top = [0, 1].map((axis) => Math.max(...points.map((point) => point[axis])));
-    const scale = Math.min((this.width - 2 * PAD) / Math.max(top[0] - low[0], 0.1), (this.height - 2 * PAD - 12) / Math.max(top[1] - low[1], 0.1));
-    this.view = { scale, x: this.width / 2 - scale * (low[0] + top[0]) / 2, y: this.height / 2 - 6 + scale * (low[1] + top[1]) / 2 };
+    const scale = Math.min((this.width - 2 * PAD) / Math.max(top[0] - low[0], 0.1), (this.height - 2 * PAD - BELOW) / Math.max(top[1] - low[1], 0.1));
+    this.view = { scale, x: this.width / 2 - scale * (low[0] + top[0]) / 2, y: (this.height - BELOW) / 2 + scale * (low[1] + top[1]) / 2 };
   }
 
   zoom(factor, x = this.width / 2, y = this.height / 2) {
@@ -44,7 +44,7 @@ export class Board {
     return this.screen([0, 1].map((axis) => (side[axis] < 0 ? grid.origin[axis] : side[axis] > 0 ? top[axis] : (grid.origin[axis] + top[axis]) / 2)));
   }
 
-  // scene: {grid, picture, corners, strength, tool, cursor, rings, fence, box, margin, north, held}
+  // scene: {grid, picture, corners, strength, tool, cursor, rings, fence, box, margin, words, north, held}
   paint(scene) {
     const { context, colours } = this, { grid } = scene;
     context.fillStyle = colours.card;
@@ -87,7 +87,7 @@ export class Board {
   }
 
   // What lies outside is dimmed; the fence of guard and bridge is dashed.
-  frame({ grid, margin }) {
+  frame({ grid, margin, words }) {
     const { context, colours } = this, rect = this.rectOf(grid);
     context.beginPath();
     context.rect(0, 0, this.width, this.height);
@@ -100,6 +100,7 @@ export class Board {
     context.setLineDash([7, 5]);
     this.twice(2, colours.bad, () => context.strokeRect(rect[0] - more, rect[1] - more, rect[2] + 2 * more, rect[3] + 2 * more));
     context.setLineDash([]);
+    this.text(words, rect[0] + rect[2] / 2, Math.max(9, rect[1] - more), colours.bad, FONT, colours.card);
     this.twice(2.5, colours.accent, () => context.strokeRect(...rect));
   }
 

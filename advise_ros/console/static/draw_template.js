@@ -48,7 +48,7 @@ export default `
       <section class="card" aria-labelledby="cells-title">
         <h2 id="cells-title">{{ t('Cells') }} <small>· {{ tn('{n} blocked', '{n} blocked', grid.blocked.size) }}</small></h2>
         <div class="fields">
-          <label class="field" v-for="one in numbers" :key="one.key">{{ t(one.label) }} <input inputmode="decimal" :value="shown(one)" @change="edit(one, $event.target.value)" :aria-invalid="String(one.key in wrong)" :data-test="'field-' + one.key"></label>
+          <label class="field" v-for="one in numbers" :key="one.key">{{ t(one.label) }} <input inputmode="decimal" :value="shown(one)" @input="drafts[one.key] = $event.target.value" @change="edit(one, $event.target.value)" :aria-invalid="String(one.key in wrong)" :data-test="'field-' + one.key"></label>
         </div>
         <p class="soft">{{ t('The area is {x} x {y} m. The fence of guard and bridge (dashed) stands {margin} m outside, as their parameter fence_margin_m says.', { x: metres(grid.width), y: metres(grid.height), margin: 1 }) }}</p>
         <div class="row" v-if="start.walls"><button type="button" @click="readWalls()" data-test="walls">{{ t('Block the walls of the map') }}</button></div>
@@ -58,7 +58,7 @@ export default `
         <h2 id="earth-title">{{ t('On the earth') }}</h2>
         <p class="soft">{{ t('Where the metres count from (x 0, y 0), and where the y axis points. Needed only for missions and maps of other tools.') }}</p>
         <div class="fields">
-          <label class="field" v-for="one in placing" :key="one.key">{{ t(one.label) }} <input inputmode="decimal" :value="shown(one)" @change="edit(one, $event.target.value)" :aria-invalid="String(one.key in wrong)" :data-test="'field-' + one.key"></label>
+          <label class="field" v-for="one in placing" :key="one.key">{{ t(one.label) }} <input inputmode="decimal" :value="shown(one)" @input="drafts[one.key] = $event.target.value" @change="edit(one, $event.target.value)" :aria-invalid="String(one.key in wrong)" :data-test="'field-' + one.key"></label>
         </div>
         <div class="row" v-if="grid.earth || grid.heading !== null"><button type="button" @click="noPlace()">{{ t('No place on the earth') }}</button></div>
       </section>
