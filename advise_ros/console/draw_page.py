@@ -11,7 +11,7 @@ from fastapi.responses import Response
 from nicegui import app, ui
 
 from advise_ros.console import language
-from advise_ros.console.grid_editor import GridEditor
+from advise_ros.console.grid_editor import PICTURE, GridEditor
 from advise_ros.console.protection import Gate
 from advise_ros.console.serving import COOKIE, PageThread, head
 
@@ -40,8 +40,26 @@ class DrawPage(ui.element, component='static/draw.js'):
             self.run_method('reply', given.get('id'), reply)
 
 
+def add_drawing(editor: GridEditor, path: str, chosen: str = '') -> None:
+    """Serve a drawing on a path of NiceGUI's server.
+
+    Args:
+        editor: the drawing.
+        path: e.g. '/draw'.
+        chosen: the language that whoever started the server has chosen.
+    """
+
+    def opened(request: Request) -> None:
+        ui.add_css(':root { color-scheme: light dark }')
+        ui.add_head_html(head('draw'))
+        wanted = request.cookies.get(COOKIE) or chosen
+        DrawPage(editor, language.of_browser(request.headers.get('accept-language', ''), wanted))
+
+    ui.page(path, title='advise: draw a grid', response_timeout=30)(opened)
+
+
 class DrawServer(PageThread):
-    """Serves one drawing.
+    """Serves one drawing and its picture.
 
     Args:
         editor: the drawing.
@@ -51,17 +69,11 @@ class DrawServer(PageThread):
     def __init__(self, editor: GridEditor, gate: Gate, bound: socket.socket) -> None:
         super().__init__(gate, bound)
         self._editor = editor
-        app.get('/console-picture')(self._picture)
-        ui.page('/', title='advise: draw a grid', response_timeout=30)(self._open)
+        app.get(PICTURE)(self._picture)
+        add_drawing(editor, '/')
 
     def _picture(self) -> Response:
         picture = self._editor.picture
         if picture is None:
             raise HTTPException(404, 'there is no picture')
         return Response(picture.data, media_type=picture.kind, headers={'cache-control': 'no-store'})
-
-    def _open(self, request: Request) -> None:
-        ui.add_css(':root { color-scheme: light dark }')
-        ui.add_head_html(head('draw'))
-        chosen = request.cookies.get(COOKIE, '')
-        DrawPage(self._editor, language.of_browser(request.headers.get('accept-language', ''), chosen))

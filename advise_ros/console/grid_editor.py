@@ -29,6 +29,8 @@ MOST_CELLS = 40_000
 # What a drawing from nothing begins with, and about how many cells lie along the longer edge of a picture.
 SIDE, CELL_M, ALTITUDE_M, ALONG = 12, 2.0, 3.0, 20
 NAME = 'my_grid.yaml'
+# Where the page loads the picture from.
+PICTURE = '/console-picture'
 # A route that is right on any grid, for what has nothing to do with the route.
 ANY_ROUTE: dict[str, Any] = {'waypoints': [[0, 0]], 'blocked': []}
 Reply = dict[str, Any]
@@ -41,7 +43,7 @@ class GridEditor:
         path: the file that is opened, or made; None: the page names one.
         picture: what lies below.
         walls: the map that `obstacles` reads.
-        folder: where files are written, if no path says so.
+        folder: where files are written; None: where the path is, or where the command was started.
 
     Raises:
         InputError: the file is there and is none that can be drawn on.
@@ -53,7 +55,7 @@ class GridEditor:
     ) -> None:
         self.picture, self._walls = picture, walls
         self._corners = None if picture is None else picture.corners
-        self._folder = (path.parent if path else folder or Path()).resolve()
+        self._folder = (folder or (path.parent if path else Path())).resolve()
         self._name = path.name if path else NAME
         self._original, self._opened = '', {}
         if path and path.exists():
@@ -83,7 +85,7 @@ class GridEditor:
         """What a page needs first."""
         return {
             'values': self.values, 'name': self._name, 'folder': str(self._folder), 'opened': bool(self._opened),
-            'picture': self.picture is not None, 'walls': self._walls is not None, **self._seen(self.values),
+            'picture': PICTURE if self.picture else '', 'walls': self._walls is not None, **self._seen(self.values),
         }
 
     def act(self, name: str, given: Mapping[str, Any]) -> Reply:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import socket
+from pathlib import Path
 from typing import Any
 
 from fastapi import Request
@@ -12,6 +13,8 @@ from nicegui import app, background_tasks, ui
 from advise_ros.config import ConsoleConfig
 from advise_ros.console import language
 from advise_ros.console.board import newer
+from advise_ros.console.draw_page import add_drawing
+from advise_ros.console.grid_editor import GridEditor
 from advise_ros.console.listener import GraphListener
 from advise_ros.console.protection import Gate
 from advise_ros.console.requests import RequestDispatcher
@@ -85,6 +88,8 @@ class PageServer(PageThread):
         self._pages: set[Page] = set()
         app.on_startup(lambda: background_tasks.create(self._push_for_ever(), name='push'))
         ui.page('/', title='advise', response_timeout=30)(self._open)
+        # A drawing goes on from this session's grid, and is saved where the session was started.
+        add_drawing(GridEditor(Path(config.grid_file) if config.grid_file else None, folder=Path()), '/draw', config.language)
 
     def _open(self, request: Request) -> None:
         ui.add_css(':root { color-scheme: light dark }')

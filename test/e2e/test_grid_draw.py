@@ -11,7 +11,9 @@ from playwright.sync_api import Browser, expect
 from advise_ros.core.grid.raster import Raster
 from advise_ros.recording.gridfile import load_grid, load_place
 from advise_ros.recording.mapfile import map_texts
+from support.browser import start_console
 from support.drawing import Draughtsman, served
+from support.graph import Graph
 from support.paths import ROOT
 
 SIZES = {'notebook': (1280, 720), 'tablet': (820, 1180), 'phone': (390, 844)}
@@ -153,3 +155,15 @@ def test_it_lies_on_the_earth(browser: Browser, tmp_path: Path) -> None:
         assert (place.latitude_deg, place.longitude_deg, place.heading_deg) == (47.3977, 8.5456, 95.0)
         assert load_grid(tmp_path / 'placed.yaml').n_cells == 48 * 48
         assert not anna.errors
+
+
+def test_the_session_s_page_leads_to_a_drawing_of_its_grid(graph: Graph, browser: Browser) -> None:
+    _, address = start_console(graph, grid_file=str(ROOT / 'config' / 'grid_6x6.yaml'))
+    anna = Draughtsman(browser, address, 1440, 900)
+    with anna.context.expect_page() as opened:
+        anna.at('to-draw').click()
+    drawing = opened.value
+    expect(drawing.locator('[data-test=verdict]')).to_contain_text('This grid can be flown.')
+    expect(drawing.locator('[data-test=name]')).to_have_value('grid_6x6.yaml')
+    expect(drawing.get_by_text(f'in {Path.cwd()}')).to_be_visible()
+    assert not anna.errors

@@ -44,7 +44,7 @@ export default {
     return {
       grid: fromValues(this.start.values), past: [], future: [], wrong: {}, drafts: {}, verdict: null, tool: this.start.opened ? 'waypoint' : 'area', cursor: [0, 0], focused: false, held: -1, fence: [], box: null, corner: null,
       name: this.start.name, exists: null, saved: null, note: null, help: false, up: false, dirty: false,
-      picture: null, corners: this.start.corners || null, hidden: this.start.hidden, strength: 1, cornersText: '', onEarth: false,
+      picture: null, corners: this.start.corners || null, hidden: this.start.hidden, strength: 1, cornersText: (this.start.corners || []).map((point) => point.join(',')).join(' '), onEarth: false,
       theme: localStorage.getItem('advise-theme') || 'auto', systemDark: matchMedia('(prefers-color-scheme: dark)').matches,
     };
   },
@@ -93,7 +93,7 @@ export default {
     document.addEventListener('keydown', (event) => this.key(event));
     window.addEventListener('beforeunload', (event) => { if (this.dirty) event.preventDefault(); });
     matchMedia('(prefers-color-scheme: dark)').addEventListener('change', (event) => { this.systemDark = event.matches; });
-    if (this.start.picture) this.show('/console-picture');
+    if (this.start.picture) this.show(this.start.picture);
   },
   methods: {
     t, tn, number, chooseLanguage,

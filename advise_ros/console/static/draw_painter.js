@@ -179,7 +179,10 @@ export class Board {
   // The route and its numbers; the last one, where a flight ends and begins, is square.
   route(grid, held) {
     const { context, colours } = this, points = grid.waypoints.map((cell) => this.screen(centre(grid, cell)));
+    // Dashed: it shows the order; the way between is the drone's.
+    context.setLineDash([9, 6]);
     if (points.length > 1) this.twice(3, colours.route, () => { context.beginPath(); for (const point of points) context.lineTo(...point); context.stroke(); });
+    context.setLineDash([]);
     const radius = Math.max(9, Math.min(16, 0.42 * grid.resolution * this.view.scale)), numbers = new Map();
     grid.waypoints.forEach((cell, index) => numbers.set(keyOf(cell), [...(numbers.get(keyOf(cell)) || []), index]));
     for (let index = 1; index < points.length; index++) this.arrow(points[index - 1], points[index], radius);

@@ -71,6 +71,7 @@ export default `
         <div class="thumbs" aria-hidden="true" v-if="map && map.layers > 1">
           <div v-for="index in order" :key="index" @click="layer = index" :class="{asked: layers[index].asked.size, shown: index === layer}"><grid-map :map="map" :view="layers[index]" :dark="dark" small></grid-map><span>{{ index + 1 }}</span></div>
         </div>
+        <p><a class="to-draw" href="/draw" target="_blank" rel="noopener" data-test="to-draw">{{ t('Draw another grid') }}</a></p>
       </div>
       </div>
     </section>
