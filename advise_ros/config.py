@@ -210,6 +210,10 @@ class ChecksConfig(OnGrid):
     return_inside: bool = same_as(MonitorSettings, 'return_inside')
     latch: bool = same_as(MonitorSettings, 'latch')
     rate_hz: float = parameter(20.0, 'rate of checked commands (steady time); PX4 wants more than 2', low=5.0, high=200.0)
+    tf_child_frame: str = parameter(
+        '', 'publish each pose as the transform from map to this frame on /tf, e.g. base_link; empty: none, so that nothing '
+        'fights a tree that is there',
+    )
     autostart: bool = parameter(True, AUTOSTART_DOC)
 
 
@@ -380,7 +384,7 @@ LIVE: Mapping[str, Mapping[str, str]] = {
 }
 # Nodes with a life cycle take all others while they are unconfigured, but for what they need before.
 MANAGED = ('policy', 'guard', 'mavlink_bridge')
-BEFORE_CONFIGURE = ('autostart', 'clock')
+BEFORE_CONFIGURE = ('autostart', 'clock', 'tf_child_frame')
 
 
 def live(config_class: type[Any]) -> Mapping[str, str]:

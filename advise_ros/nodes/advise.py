@@ -45,8 +45,9 @@ class AdviseNode(ConfiguredNode):
     the policy is learnt anew without it. Publishes `advise/policy`, `advise/query` (query id 0: nothing left to ask),
     `advise/status`, `advise/advice_log`, and for RViz `advise/uncertainty` (per cell the highest U_s of its
     layers, 100 = ln 4 nat), `advise/reward` (per cell the mean, 0 = -r_max, 50 = zero, 100 = +r_max),
-    `advise/markers` and, with acquisition `site`, `advise/site_map` (per cell the probability in % that the person
-    wants it kept out of); all latched.
+    `advise/markers`, `advise/route` (nav_msgs/Path: where the policy leads), `advise/map` (the grid with its obstacles) and,
+    with acquisition `site`, `advise/site_map` (per cell the probability in % that the person wants it kept out of); all
+    latched.
 
     Services: `advise/answer`, `advise/preview` (what an answer would change; commits nothing),
     `advise/undo` (takes the last answer back) and `advise/retract` (takes one earlier answer back).
@@ -70,6 +71,7 @@ class AdviseNode(ConfiguredNode):
         session = LiveSession(grid, learn_settings(self.config), self.config.budget, site.prior)
         self._saved = SavedSession(session, self.config.session_file)
         self._topics = LearnerTopics(self)
+        self._topics.map(grid)
         self._topics.site_prior(site_text(site.prior))
         self._site_remark = site.remark
         self._learned: Learned | None = None

@@ -26,6 +26,7 @@ from advise_ros.ros.convert import stamp_to_ns
 from advise_ros.ros.deadline import Deadline
 from advise_ros.ros.flying import velocity_command
 from advise_ros.ros.managed import ManagedNode
+from advise_ros.ros.transform import TransformTopic
 
 FENCE_OFF = 'the fence is off (fence:=off)'
 ASKED = 'somebody asked for it'
@@ -180,6 +181,7 @@ class Guard(ManagedNode):
         self.diagnostics.meter('pose', 'cmd_vel')
         self._checked = self.create_publisher(TwistStamped, 'guard/cmd_vel', qos.COMMAND)
         self._pose = self.create_publisher(PoseStamped, 'guard/pose', qos.SENSOR)
+        self._transform = TransformTopic(self, self.config.tf_child_frame)
         self.create_service(Trigger, 'guard/stop', lambda _, response: answer_stop(self._monitor, response))
         self.create_service(Trigger, 'guard/release', lambda _, response: answer_release(self._monitor, response))
         self._tick = self.create_timer(
@@ -225,6 +227,8 @@ class Guard(ManagedNode):
         self._monitor.pose((at.x, at.y, at.z), header.frame_id, now_s, stamp_ns=stamp_to_ns(header.stamp), now_ns=now_ns)
         self._late_pose.came(waited)
         self._pose.publish(message)
+        if header.frame_id == MAP_FRAME:
+            self._transform.publish(message)
         self.diagnostics.tick('pose')
 
     def _on_command(self, message: TwistStamped) -> None:

@@ -86,7 +86,9 @@ class MavlinkBridge(ManagedNode):
         self._diagnosed_s = -math.inf
         self._clocks = ClockPublisher(self, self.config.clock)
         self._simulated_time = bool(self.get_parameter('use_sim_time').value)
-        self._vehicle_publisher = VehiclePublisher(self, simulated_time=self._simulated_time)
+        self._vehicle_publisher = VehiclePublisher(
+            self, simulated_time=self._simulated_time, tf_child_frame=self.config.tf_child_frame,
+        )
         self.diagnostics.meter('pose', 'cmd_vel')
         self._make_entities()
         self.autostart(wanted=self.config.autostart)

@@ -9,7 +9,7 @@ from collections import Counter
 from typing import TypeVar
 
 from geometry_msgs.msg import PoseStamped, Twist, TwistStamped
-from nav_msgs.msg import Odometry
+from nav_msgs.msg import Odometry, Path
 from rclpy.clock import Clock, ClockType
 from std_srvs.srv import Trigger
 
@@ -28,6 +28,7 @@ from advise_ros.recording.topics import BagTopics
 from advise_ros.ros import convert, diagnostics, qos, run
 from advise_ros.ros.configured import ConfiguredNode
 from advise_ros.ros.diagnostics import Diagnostics
+from advise_ros.ros.paths import demonstrated_path
 from advise_ros.ros.track import TrackTopic
 
 ResponseT = TypeVar('ResponseT', Trigger.Response, srv.TakeBack.Response)
@@ -47,13 +48,13 @@ class RecorderNode(ConfiguredNode):
     Listens to `pose` (PoseStamped) or, with pose_source odom, `odom` (Odometry), both in frame map;
     `cmd_vel` (TwistStamped in frame map), `vehicle_status` and `policy/status`. With source mavlink it
     listens to a MAVLink link instead, with source tlog it reads a log and publishes all its flights.
-    Publishes `demonstration` when a flight ends: at the final waypoint, at landing or disarming, or by
-    recorder/stop; and `recorder/track`, a marker of where the drone was lately. Without vehicle_status the altitude
-    shows take-off and landing. Flights of the policy are left out unless policy_flights, and so are moves that nobody made: in
-    modes in which the autopilot flies itself, or without a command. A flight whose climb was not received, because the
-    recorder began in mid-flight, has a note in its audit. Ids are counted on from those that the learner or another
-    publisher has, so a recorder that is started again repeats none. A position that is not a number or in another
-    frame is refused; the audit in each demonstration counts the samples that were not used.
+    Publishes `demonstration` when a flight ends: at the final waypoint, at landing or disarming, or by recorder/stop; the same as
+    nav_msgs/Path on `recorder/path`; and `recorder/track`, a marker of where the drone was lately. Without vehicle_status the
+    altitude shows take-off and landing. Flights of the policy are left out unless policy_flights, and so are moves that nobody
+    made: in modes in which the autopilot flies itself, or without a command. A flight whose climb was not received, because the
+    recorder began in mid-flight, has a note in its audit. Ids are counted on from those that the learner or another publisher
+    has, so a recorder that is started again repeats none. A position that is not a number or in another frame is refused; the
+    audit in each demonstration counts the samples that were not used.
 
     Services (std_srvs/Trigger): `recorder/start` and `recorder/stop` begin and end a demonstration by hand
     (split manual: the only way); it ends by itself at the final waypoint. `recorder/discard` drops the one
@@ -77,6 +78,7 @@ class RecorderNode(ConfiguredNode):
         self._refused: Counter[str] = Counter()
         self._poses = self._commands = 0
         self._publisher = self.create_publisher(msg.Demonstration, 'demonstration', qos.DEMONSTRATIONS)
+        self._path = self.create_publisher(Path, 'recorder/path', qos.DEMONSTRATIONS)
         self._track = TrackTopic(self, TRACK_STEP_CELLS * self._grid.resolution_m)
         self._diagnostics = Diagnostics(self)
         self._diagnostics.meter('pose', 'cmd_vel')
@@ -214,6 +216,7 @@ class RecorderNode(ConfiguredNode):
                 self.get_logger().info(output.remark)
             if output.demonstration is not None:
                 self._publisher.publish(convert.demonstration_to_msg(output.demonstration))
+                self._path.publish(demonstrated_path(output.demonstration))
                 self._report()
 
     def _report(self) -> None:

@@ -5,17 +5,18 @@ from __future__ import annotations
 import time
 from typing import NamedTuple
 
-from nav_msgs.msg import OccupancyGrid
+from nav_msgs.msg import OccupancyGrid, Path
 from rclpy.node import Node
 from std_msgs.msg import String
 from visualization_msgs.msg import MarkerArray
 
 from advise_msgs.msg import Advice, AdviceQuery, Demonstration, LearnerStatus, Policy
 from advise_ros.core.advice.advice import AdviceRecord
+from advise_ros.core.grid.grid import Grid
 from advise_ros.core.learning.learner import Learned
 from advise_ros.core.learning.session import Work
 from advise_ros.core.units import MAP_FRAME
-from advise_ros.ros import convert, convert_advice, maps, markers, qos
+from advise_ros.ros import convert, convert_advice, maps, markers, paths, qos
 
 
 class LearnedMessages(NamedTuple):
@@ -30,6 +31,7 @@ class LearnedMessages(NamedTuple):
     reward: OccupancyGrid
     site_map: OccupancyGrid | None
     markers: MarkerArray
+    route: Path
 
 
 def messages_of(learned: Learned, budget_left: int) -> LearnedMessages:
@@ -48,6 +50,7 @@ def messages_of(learned: Learned, budget_left: int) -> LearnedMessages:
         reward=maps.reward_map(learned, 0),
         site_map=None if learned.keep_out is None else maps.site_map(learned.grid, learned.keep_out, 0),
         markers=markers.question_markers(learned, query, 0),
+        route=paths.learnt_path(learned),
     )
 
 
@@ -89,6 +92,8 @@ class LearnerTopics:
         self._site_map = node.create_publisher(OccupancyGrid, 'advise/site_map', qos.latched())
         self._site_prior = node.create_publisher(String, 'advise/site_prior', qos.latched())
         self._markers = node.create_publisher(MarkerArray, 'advise/markers', qos.latched())
+        self._route = node.create_publisher(Path, 'advise/route', qos.latched())
+        self._map = node.create_publisher(OccupancyGrid, 'advise/map', qos.latched())
         self._demonstrations = node.create_publisher(Demonstration, 'demonstration', qos.DEMONSTRATIONS)
 
     def now_ns(self) -> int:
@@ -109,6 +114,12 @@ class LearnerTopics:
         for marker in messages.markers.markers:
             marker.header.stamp = stamp
         self._markers.publish(messages.markers)
+        paths.stamp(messages.route, convert.stamp_to_ns(stamp))
+        self._route.publish(messages.route)
+
+    def map(self, grid: Grid) -> None:
+        """The grid with its obstacles."""
+        self._map.publish(maps.obstacle_map(grid, self.now_ns()))
 
     def site_prior(self, text: str) -> None:
         """What was known of the site before this session, '' for nothing: a function of it is every policy."""

@@ -38,6 +38,13 @@ def site_map(grid: Grid, keep_out: npt.NDArray[np.float64], stamp_ns: int) -> Oc
     return _map(grid, keep_out, stamp_ns)
 
 
+def obstacle_map(grid: Grid, stamp_ns: int) -> OccupancyGrid:
+    """The grid as nav2's maps have it: 100 where a cell is blocked, 0 where it is free."""
+    out = _map(grid, np.zeros(grid.n_cells), stamp_ns)
+    out.data = [FULL if cell in grid.blocked else 0 for cell in range(grid.n_cells)]
+    return out
+
+
 def _by_layer(grid: Grid, values: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
     """(n_states,) -> (n_layers, n_cells)."""
     return np.asarray(values, dtype=np.float64).reshape(grid.n_layers, grid.n_cells)

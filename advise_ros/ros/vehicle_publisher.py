@@ -17,6 +17,7 @@ from advise_ros.mavlink.vehicle import Attitude, Battery, Motion
 from advise_ros.ros import qos
 from advise_ros.ros.convert import stamp_from_ns
 from advise_ros.ros.simulated_clock import SimulatedClock
+from advise_ros.ros.transform import TransformTopic
 
 STATUS_PERIOD_S = 1.0
 
@@ -30,11 +31,12 @@ class VehiclePublisher:
         simulated_clock: whether there is a clock to stamp by.
     """
 
-    def __init__(self, node: Node, *, simulated_time: bool) -> None:
+    def __init__(self, node: Node, *, simulated_time: bool, tf_child_frame: str = '') -> None:
         self._clock = node.get_clock()
         self._simulated_time = simulated_time
         self.simulated_clock = SimulatedClock(node, simulated_time=simulated_time)
         self._pose = node.create_publisher(PoseStamped, 'pose', qos.SENSOR)
+        self._transform = TransformTopic(node, tf_child_frame)
         self._battery = node.create_publisher(BatteryState, 'battery_state', qos.SENSOR)
         self._statuses = node.create_publisher(VehicleStatus, 'vehicle_status', qos.latched())
         self.forget()
@@ -57,6 +59,7 @@ class VehiclePublisher:
         position.x, position.y, position.z = motion.position_enu_m
         orientation.x, orientation.y, orientation.z, orientation.w = quaternion_xyzw(attitude or Attitude(0.0, 0.0, 0.0))
         self._pose.publish(message)
+        self._transform.publish(message)
 
     def battery(self, battery: Battery) -> None:
         """Publish it."""

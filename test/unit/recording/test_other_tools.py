@@ -45,7 +45,7 @@ def test_the_layout_names_what_there_is() -> None:
     panels = layout['configById']
     assert set(re.findall(r'"((?:\w+|3D)!\w+)"', json.dumps(layout['layout']))) == set(panels)
     topics = {name for panel in panels.values() for name in panel.get('topics', {})}
-    assert {topic.lstrip('/') for topic in topics} <= {*RECORDED, 'recorder/track'}
+    assert {topic.lstrip('/') for topic in topics} <= set(RECORDED)
     for name, service in (('answer', AnswerQuery), ('preview', PreviewAnswer), ('hold', Trigger), ('undo', Trigger)):
         request = json.loads(panels[f'CallService!{name}']['requestPayload'])
         assert set(request) == set(service.Request.get_fields_and_field_types())
@@ -54,11 +54,38 @@ def test_the_layout_names_what_there_is() -> None:
 def test_panels_of_the_layout_show_fields_that_there_are() -> None:
     panels = json.loads((ROOT / 'config' / 'foxglove.json').read_text())['configById']
     assert {name.split('!')[0] for name in panels} == {'3D', 'RawMessages', 'CallService', 'Plot'}
-    plot = panels['Plot!track']
+    plots = [panel for name, panel in panels.items() if name.startswith('Plot!')]
     paths = [panel['topicPath'] for panel in panels.values() if 'topicPath' in panel]
-    for path in (*paths, *(one['value'] for one in plot['paths']), plot['xAxisPath']['value']):
+    paths += [one['value'] for plot in plots for one in (*plot['paths'], *([plot['xAxisPath']] if 'xAxisPath' in plot else []))]
+    for path in paths:
         topic, *fields = path.lstrip('/').split('.')
         assert _has(message_class(RECORDED[topic][0])(), fields), path
+
+
+# Displays of RViz's default plugins, and the type that each shows.
+DISPLAYS = {
+    'Map': 'nav_msgs/msg/OccupancyGrid', 'Path': 'nav_msgs/msg/Path', 'MarkerArray': 'visualization_msgs/msg/MarkerArray',
+    'Marker': 'visualization_msgs/msg/Marker', 'Pose': 'geometry_msgs/msg/PoseStamped',
+}
+
+
+def test_the_view_of_rviz_shows_topics_that_there_are_by_profiles_that_match() -> None:
+    view = yaml.safe_load((ROOT / 'config' / 'advise.rviz').read_text())['Visualization Manager']
+    shown = [one for one in view['Displays'] if 'Topic' in one]
+    assert {one['Class'].split('/')[1] for one in shown} == set(DISPLAYS)
+    for display in shown:
+        topic = display['Topic']
+        kind, profile = RECORDED[topic['Value']]
+        assert kind == DISPLAYS[display['Class'].split('/')[1]], display['Name']
+        assert topic['Durability Policy'].upper().replace(' ', '_') == profile.durability.name, display['Name']
+        assert topic['Reliability Policy'].upper().replace(' ', '_') == profile.reliability.name, display['Name']
+
+
+def test_both_views_show_the_same_pictures() -> None:
+    view = yaml.safe_load((ROOT / 'config' / 'advise.rviz').read_text())['Visualization Manager']
+    layout = json.loads((ROOT / 'config' / 'foxglove.json').read_text())['configById']['3D!advise']['topics']
+    displayed = {one['Topic']['Value'] for one in view['Displays'] if 'Topic' in one}
+    assert displayed == {topic.lstrip('/') for topic in layout} - {'odom'}
 
 
 def _has(message: object, fields: list[str]) -> bool:
