@@ -20,7 +20,10 @@ PARAMETER_SERVICES = tuple(f'~{name}' for name in (
     'set_parameters', 'set_parameters_atomically',
 ))
 LEARNT = ('advise/policy', 'advise/query', 'advise/status', 'advise/advice_log')
-PICTURES = ('advise/uncertainty', 'advise/reward', 'advise/site_map', 'advise/site_prior', 'advise/markers')
+PICTURES = tuple(
+    f'advise/{name}' for name in ('uncertainty', 'reward', 'site_map', 'site_prior', 'markers', 'route', 'map')
+)
+SHOWN = ('recorder/path', 'recorder/track', 'guard/cmd_vel', 'guard/pose')
 FLOWN = ('pose', 'cmd_vel', 'vehicle_status')
 SESSION = (*FLOWN, 'odom', 'battery_state', 'demonstration', *LEARNT, *PICTURES, 'policy/status', 'diagnostics')
 ANSWERING = tuple(f'advise/{name}' for name in ('answer', 'preview', 'undo', 'retract'))
@@ -57,14 +60,15 @@ GRANTS: dict[str, Grants] = {
         ('guard/cmd_vel', 'guard/pose', 'guard/transition_event'), ('cmd_vel', 'pose'), (*GUARD, *of('guard', LIFE_CYCLE)),
     ),
     'recorder': Grants(
-        ('demonstration', 'recorder/track'), (*FLOWN, 'odom', 'policy/status', 'demonstration', 'advise/status'), TEACHING,
+        ('demonstration', 'recorder/path', 'recorder/track'),
+        (*FLOWN, 'odom', 'policy/status', 'demonstration', 'advise/status'), TEACHING,
     ),
     'advise': Grants((*LEARNT, *PICTURES, 'demonstration'), ('demonstration',), ANSWERING),
     'policy': Grants(
         ('cmd_vel', 'policy/status', 'policy/transition_event'), ('advise/policy', 'vehicle_status', 'pose'),
         ('policy/stop', *of('policy', LIFE_CYCLE)), execute=('policy/fly',),
     ),
-    'logger': Grants((), SESSION, request=('*/list_parameters', '*/get_parameters')),
+    'logger': Grants((), (*SESSION, *SHOWN), request=('*/list_parameters', '*/get_parameters')),
     'pilot': Grants(('cmd_vel', 'pilot/status'), ('vehicle_status', 'pose', 'diagnostics'), (), (*VEHICLE, 'recorder/stop')),
     'expert': Grants((), ('advise/query',), (), ('advise/answer',)),
     'console': Grants(
@@ -74,7 +78,7 @@ GRANTS: dict[str, Grants] = {
     'teleop': Grants(('cmd_vel',), ('vehicle_status', 'pose', 'joy'), (), (*VEHICLE, *RECORDING)),
     # A person with the ros2 command.
     'operator': Grants(
-        (), (*SESSION, 'recorder/track', '*/transition_event'), (),
+        (), (*SESSION, *SHOWN, '*/transition_event'), (),
         (*ANSWERING, *TEACHING, *VEHICLE, *GUARD, 'policy/stop', '*/get_parameters', '*/list_parameters', *of('*', LIFE_CYCLE)),
         call=('policy/fly',),
     ),
