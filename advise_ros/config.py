@@ -344,6 +344,9 @@ class ConsoleConfig:
     )
     speed_m_s: float = parameter(1.0, 'speed at full stick, where a person flies from the page', low=0.05, high=20.0)
     climb_m_s: float = parameter(0.5, 'climb rate at full stick', low=0.05, high=10.0)
+    mission_url: str = parameter(
+        '', "MAVLink address at which the vehicle takes the route as its mission, not the bridge's; empty: it is not offered",
+    )
     silence_s: float = parameter(3.0, 'a node that is silent for this long is shown as gone (steady time)', low=1.5, high=60.0)
 
 

@@ -89,6 +89,11 @@ class GraphListener:
         listen(PoseStamped, 'pose', self._on_pose, qos.SENSOR)
         listen(DiagnosticArray, '/diagnostics', self._on_diagnostics, 100)
 
+    @property
+    def policy(self) -> msg.Policy | None:
+        """The newest one, None before there is one."""
+        return self._policy
+
     # -- the learner -------------------------------------------------------------------------
     def learner_alive(self) -> bool:
         """Whether the learner said something of itself lately."""

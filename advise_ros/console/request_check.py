@@ -9,6 +9,7 @@ from advise_ros.core.advice.advice import Answer, Verdict
 from advise_ros.core.errors import InputError
 
 NAME_MAX, COMMENT_MAX, STATES_MAX = 60, 500, 1_000_000
+FORM_MAX = 20
 ID_MAX = 2**63 - 1
 
 # Acts that are one std_srvs/Trigger call: act -> service.
@@ -55,6 +56,15 @@ def advice_id(given: Mapping[str, Any]) -> int:
         InputError: it is no number.
     """
     return _integer(given, 'advice', ID_MAX)
+
+
+def route_form(given: Mapping[str, Any]) -> str:
+    """The ending of a file's name.
+
+    Raises:
+        InputError: it is no text.
+    """
+    return _text(given, 'form', FORM_MAX)
 
 
 def demonstration_id(given: Mapping[str, Any]) -> str:

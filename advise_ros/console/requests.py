@@ -21,6 +21,7 @@ from advise_ros.console.flight_goals import FlightGoals, Reply, no, resolve
 from advise_ros.console.hand import HandFlight
 from advise_ros.console.language import mark
 from advise_ros.console.listener import GraphListener
+from advise_ros.console.route_delivery import RouteDelivery
 from advise_ros.core.advice.advice import Answer, Code
 from advise_ros.core.errors import InputError
 from advise_ros.ros import convert_advice
@@ -74,10 +75,12 @@ class RequestDispatcher:
     gets a reply, a dict with `ok` and `message`; an answer's only when the learner has taken or refused it.
     """
 
-    def __init__(self, node: Node, listener: GraphListener, hand: HandFlight | None = None) -> None:
-        """Requests of windows, or of a terminal, which has no hand."""
+    def __init__(
+        self, node: Node, listener: GraphListener, hand: HandFlight | None = None, delivery: RouteDelivery | None = None,
+    ) -> None:
+        """Requests of windows, or of a terminal, which has no hand and takes no route along."""
         self._node, self._listener = node, listener
-        self._hand = hand
+        self._hand, self._delivery = hand, delivery
         self._take_back = node.create_client(TakeBack, 'recorder/take_back')
         self._trigger = {name: node.create_client(Trigger, service) for name, service in request_check.TRIGGERS.items()}
         self._answer = node.create_client(AnswerQuery, 'advise/answer')
@@ -134,6 +137,8 @@ class RequestDispatcher:
             return lambda: self._call(promise, self._retract, retract, name)
         if name == 'fly':
             return lambda: self._send_off(promise)
+        if name in ('route_file', 'route_upload') and self._delivery is not None:
+            return self._plan_delivery(self._delivery, name, given, promise)
         return self._plan_teaching(name, given, promise)
 
     def _plan_teaching(self, name: str, given: Mapping[str, Any], promise: Promise[Reply]) -> Callable[[], None]:
@@ -149,6 +154,21 @@ class RequestDispatcher:
         if name == 'lessons_file':
             return lambda: promise.set_result(self._listener.lessons.file())
         raise InputError('it is unknown')
+
+    def _plan_delivery(
+        self, delivery: RouteDelivery, name: str, given: Mapping[str, Any], promise: Promise[Reply],
+    ) -> Callable[[], None]:
+        def deliver() -> None:
+            try:
+                if name == 'route_file':
+                    promise.set_result(delivery.file(form))
+                else:
+                    delivery.send(promise)
+            except InputError as problem:
+                promise.set_result(no(mark('this was not done: {problem}'), problem=str(problem)))
+
+        form = request_check.route_form(given) if name == 'route_file' else ''
+        return deliver
 
     # -- in the node's thread ----------------------------------------------------------------
     def _on_wake(self) -> None:

@@ -12,8 +12,9 @@ from advise_ros.console.listener import GraphListener
 from advise_ros.console.port import HOST, bind
 from advise_ros.console.protection import Gate
 from advise_ros.console.requests import RequestDispatcher
+from advise_ros.console.route_delivery import RouteDelivery
 from advise_ros.console.server import PageServer
-from advise_ros.recording.gridfile import load_grid
+from advise_ros.recording.gridfile import load_grid, load_place
 from advise_ros.ros import diagnostics, run
 from advise_ros.ros.configured import ConfiguredNode
 
@@ -27,7 +28,8 @@ class ConsoleNode(ConfiguredNode):
     ssh -L 8080:127.0.0.1:8080 HOST). The page shows the map with the question lit, what was flown there against
     what the drone would fly, where the learner is unsure, the drone's position and track, what an answer would
     change before it is given, the earlier answers, and the state of every node; it holds, flies and lands the
-    drone, lets a person fly it (`cmd_vel`) and starts and ends demonstrations. It works by mouse, finger or keyboard alone.
+    drone, lets a person fly it (`cmd_vel`) and starts and ends demonstrations; it gives the
+    learnt route to other tools as a file, and to the vehicle as its mission. It works by mouse, finger or keyboard alone.
 
     Listens to all topics of the learner, `pose`, `vehicle_status`, `battery_state`, `policy/status` and
     `/diagnostics`; calls `advise/answer`, `advise/preview`, `advise/undo`, `advise/retract`, `policy/stop`,
@@ -48,7 +50,9 @@ class ConsoleNode(ConfiguredNode):
         gate = Gate(port, filter(None, map(str.strip, self.config.allowed_hosts.split(','))), self.config.token)
         listener = GraphListener(self, self.config.silence_s, grid)
         hand = HandFlight(self, listener.board, self.config.speed_m_s, self.config.climb_m_s)
-        self._server = PageServer(listener, RequestDispatcher(self, listener, hand), gate, bound, self.config)
+        place = load_place(self.config.grid_file) if self.config.grid_file else None
+        delivery = RouteDelivery(listener, place, self.config.mission_url)
+        self._server = PageServer(listener, RequestDispatcher(self, listener, hand, delivery), gate, bound, self.config)
         self._address = f'http://{HOST}:{port}/?token={gate.token}'
         # The server starts once the node spins, so that a page never waits for a node that does not come up.
         steady = Clock(clock_type=ClockType.STEADY_TIME)

@@ -4,6 +4,7 @@ import GridMap from '/console/map.js';
 import History from '/console/history.js';
 import Robot from '/console/robot.js';
 import Teach from '/console/teach.js';
+import Delivery from '/console/delivery.js';
 import { Link } from '/console/link.js';
 import { choose as chooseLanguage, language, number, percent, speak, t, tn } from '/console/language.js';
 import template from '/console/template.js';
@@ -18,7 +19,7 @@ const LIKELY = 50;
 const CALM = matchMedia('(prefers-reduced-motion: reduce)');
 
 export default {
-  components: { Compass, GridMap, History, Robot, Teach },
+  components: { Compass, Delivery, GridMap, History, Robot, Teach },
   props: { start: Object, words: Object, window: String },
   template,
   data() {

@@ -1,5 +1,6 @@
 // Teaching: a person flies by keys, touch sticks or a gamepad, and sees what was taught.
 import { number, t, tn } from '/console/language.js';
+import { saveFile } from '/console/save.js';
 import { fold, gamepadStick, keyStick, lengthOf, outsideBy, strongest } from '/console/stick.js';
 
 const SEND_MS = 80, PLAY_CELLS_A_SECOND = 4;
@@ -146,9 +147,7 @@ export default {
     async download() {
       const reply = await this.link.send('lessons_file', {});
       if (!reply.ok) { this.$emit('tell', `${t(reply.message)}.`, true); return; }
-      const anchor = Object.assign(document.createElement('a'), { href: URL.createObjectURL(new Blob([reply.text], { type: 'application/json' })), download: 'demonstrations.json' });
-      anchor.click();
-      setTimeout(() => URL.revokeObjectURL(anchor.href), 1000);
+      saveFile(reply.text, 'demonstrations.json', 'application/json');
     },
   },
 };

@@ -8,7 +8,7 @@ export default `
     <span class="pill" :class="{good: canCommand, bad: cutOff}" data-test="connection">{{ line }}</span>
     <span class="pill" :class="troubled.length ? 'bad' : 'well'" v-if="(s.nodes || []).length">{{ troubled.length ? '✖ ' + tn('{n} node in trouble', '{n} nodes in trouble', troubled.length) : '● ' + tn('{n} node well', '{n} nodes well', s.nodes.length) }}</span>
     <span class="pill battery" v-if="s.battery != null" data-test="battery">{{ t('battery {share}', { share: percent(s.battery / 100) }) }}</span>
-    <span class="pill" v-if="people > 1" data-test="people">{{ tn('{n} window', '{n} windows', people) }}</span>
+    <span class="pill people" v-if="people > 1" data-test="people">{{ tn('{n} window', '{n} windows', people) }}</span>
     <label class="language"><span class="unseen">{{ t('Language') }}</span> <select :value="language.code" @change="chooseLanguage($event.target.value)" data-test="language"><option v-for="(name, code) in language.names" :key="code" :value="code" :lang="code">{{ name }}</option></select></label>
     <button type="button" class="quiet" @click="nextTheme()" :aria-label="t('Colours: {theme}', { theme: themeName })"><span aria-hidden="true">{{ {auto: '◐', dark: '●', light: '○'}[theme] }}</span><span class="wide"> {{ themeName }}</span></button>
     <button type="button" class="quiet" @click="help = !help" :aria-expanded="String(help)" :aria-label="t('Keys')"><span aria-hidden="true">?</span><span class="wide"> {{ t('Keys') }}</span></button>
@@ -126,6 +126,7 @@ export default `
     </section>
     <robot :nodes="s.nodes" :vehicle="s.vehicle" :flight="s.flight" :battery="s.battery" :disabled="!canCommand" @act="act($event)"></robot>
     <teach ref="teach" :link="link" :window="window" :hand="s.hand" :lessons="s.lessons" :map="map" :vehicle="s.vehicle" :disabled="!canCommand" @tell="tell" @act="act($event)"></teach>
+    <delivery :link="link" :delivery="s.delivery" :policy="s.policy" :disabled="!canCommand" @tell="tell"></delivery>
     </div>
   </div>
   <p class="toast" role="status" aria-live="assertive" :class="{bad: note && note.bad, shown: note}" data-test="note">{{ note ? note.text : '' }}</p>
