@@ -70,6 +70,10 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _check(options: argparse.Namespace) -> None:
+    if options.file and options.file.suffix not in ('.yaml', '.yml'):
+        raise InputError(f'FILE is {options.file}; name a grid file that ends in .yaml, there or to be made')
+    if options.file and not options.file.parent.is_dir():
+        raise InputError(f'FILE is {options.file}, and there is no folder {options.file.parent}; make it first, or name another')
     if options.map and options.picture:
         raise InputError('--map and --picture are both given; draw on one of them')
     placed = [name for name in ('corners', 'corners_wgs84') if getattr(options, name) is not None]

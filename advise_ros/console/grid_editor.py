@@ -60,7 +60,7 @@ class GridEditor:
         self._original, self._opened = '', {}
         if path and path.exists():
             self._opened = _drawable(path)
-            self._original = path.read_text(encoding='utf-8')
+            self._original = path.read_bytes().decode()
         self.values = self._opened or self._new()
         if self._corners and self._corners.on_earth:
             self._corners.on_grid(place_from_mapping(self.values))
@@ -85,7 +85,8 @@ class GridEditor:
         """What a page needs first."""
         return {
             'values': self.values, 'name': self._name, 'folder': str(self._folder), 'opened': bool(self._opened),
-            'picture': PICTURE if self.picture else '', 'walls': self._walls is not None, **self._seen(self.values),
+            'most': MOST_CELLS, 'picture': PICTURE if self.picture else '', 'walls': self._walls is not None,
+            **self._seen(self.values),
         }
 
     def act(self, name: str, given: Mapping[str, Any]) -> Reply:

@@ -11,7 +11,7 @@ from playwright.sync_api import Browser, expect
 from advise_ros.core.grid.raster import Raster
 from advise_ros.recording.gridfile import load_grid, load_place
 from advise_ros.recording.mapfile import map_texts
-from support.browser import start_console
+from support.browser import PAGE, start_console
 from support.drawing import Draughtsman, served
 from support.graph import Graph
 from support.paths import ROOT
@@ -26,6 +26,20 @@ FITS = """() => {
   const save = boxes('.send').some(([, box]) => box.bottom <= innerHeight);
   const [[, board]] = boxes('.board'), wide = document.documentElement.scrollWidth - innerWidth;
   return { small, save, wide, board: [board.height, Math.round(board.bottom - innerHeight)] };
+}"""
+SCALE = f'() => {PAGE}.board.view.scale'
+# What becomes of a drawing when its area or its cells change.
+LAWS = """async () => {
+  const draw = await import('/console/draw_grid.js');
+  const nothing = { resolution: 2, width: 6, height: 4, origin: [-1, 3], altitude: 3, waypoints: [], blocked: [] };
+  const grid = draw.fromValues({ ...nothing, waypoints: [[5, 3], [2, 0]], blocked: [[0, 0], [4, 1]] });
+  const empty = draw.fromValues(nothing), plain = (made) => draw.toValues(made);
+  return {
+    same: plain(grid), west: plain(draw.pulled(grid, [-1, 0], [3.1, 0])), wider: plain(draw.pulled(grid, [1, 1], [20, 0])),
+    finer: plain(draw.recelled(grid, 1)), back: plain(draw.recelled(draw.recelled(grid, 1), 2)),
+    lattice: plain(draw.between(grid, [12.4, 12], [0.6, 2.4])), free: plain(draw.between(empty, [0.63, 2.4], [9, 9])),
+    fence: plain(draw.fenced(grid, [[1, 1], [4, 1], [4, 2], [1, 2]])),
+  };
 }"""
 
 
@@ -128,6 +142,15 @@ def test_a_finger_draws_two_move_and_everything_fits(browser: Browser, tmp_path:
             ben.touchscreen.tap(*finger.on_screen(*middle(*cell, origin=(0.0, 0.0), cell_m=0.4)))
         ben.locator('[data-test=walls]').tap()
         finger.says('no way from waypoint')
+        ben.evaluate('() => scrollTo(0, 0)')
+        # Two fingers that part enlarge the map, and draw nothing.
+        before, line = ben.evaluate(SCALE), ben.context.new_cdp_session(ben)
+        (x, y), spread = finger.on_screen(4.0, 4.0), 20
+        for kind, away in (('touchStart', spread), ('touchMove', 2 * spread), ('touchMove', 3 * spread), ('touchEnd', None)):
+            points = [] if away is None else [{'x': x - away, 'y': y, 'id': 0}, {'x': x + away, 'y': y, 'id': 1}]
+            line.send('Input.dispatchTouchEvent', {'type': kind, 'touchPoints': points})
+        assert ben.evaluate(SCALE) > 1.5 * before
+        expect(ben.locator('.waypoints li')).to_have_count(2)
         expect(ben.locator('[data-test=field-resolution]')).to_have_value('0.2')
 
 
@@ -167,3 +190,17 @@ def test_the_session_s_page_leads_to_a_drawing_of_its_grid(graph: Graph, browser
     expect(drawing.locator('[data-test=name]')).to_have_value('grid_6x6.yaml')
     expect(drawing.get_by_text(f'in {Path.cwd()}')).to_be_visible()
     assert not anna.errors
+
+
+def test_what_is_drawn_stays_on_the_ground_when_area_and_cells_change(browser: Browser, tmp_path: Path) -> None:
+    with served(tmp_path) as address:
+        found = Draughtsman(browser, address).page.evaluate(LAWS)
+    assert found['same'] == found['back']
+    assert (found['west']['origin'], found['west']['width']) == ([3, 3], 4)
+    assert (found['west']['waypoints'], found['west']['blocked']) == ([[3, 3], [0, 0]], [[2, 1]])
+    assert [found['wider'][key] for key in ('width', 'height', 'origin', 'waypoints')] == [11, 1, [-1, 3], [[5, 3], [2, 0]]]
+    assert found['finer']['waypoints'] == [[11, 7], [5, 1]]
+    assert sorted(found['finer']['blocked']) == [[0, 0], [0, 1], [1, 0], [1, 1], [8, 2], [8, 3], [9, 2], [9, 3]]
+    assert [found['lattice'][key] for key in ('origin', 'width', 'height')] == [[1, 3], 6, 5]
+    assert [found['free'][key] for key in ('origin', 'width', 'height')] == [[0.6, 2.4], 4, 3]
+    assert len(found['fence']['blocked']) == 6 * 4 - 8 + 1, 'one that was blocked before stays so'

@@ -176,13 +176,22 @@ export default {
     edit(one, raw) {
       delete this.drafts[one.key];
       const text = raw.trim().replace(',', '.'), value = text === '' ? null : Number.isFinite(Number(text)) ? Number(text) : raw.trim();
-      const { [one.key]: _, ...others } = this.wrong;
+      const { [one.key]: _, ...others } = one.size ? this.withoutSizes() : this.wrong;
       const drawable = Number.isFinite(value) && (!one.size || (value > 0 && value < 1e6)) && (!one.whole || Number.isInteger(value));
+      if (drawable && one.key === 'resolution' && this.tooSmall(value, others)) return;
       if (one.field ? drawable : one.key === HEADING && Number.isFinite(value)) {
         this.wrong = others;
         this.change(one.field ? one.set(this.grid, value) : { ...this.grid, heading: value });
       } else if (!one.field && one.key !== HEADING) this.onEarthAt(one, value, others);
       else this.wrong = { ...others, [one.key]: value };
+    },
+    withoutSizes() { return Object.fromEntries(Object.entries(this.wrong).filter(([key]) => !NUMBERS.some((one) => one.size && one.key === key))); },
+    // More cells than can be drawn are not: the server says so.
+    tooSmall(resolution, others) {
+      const [width, height] = [this.grid.width, this.grid.height].map((cells) => Math.ceil(cells * this.grid.resolution / resolution));
+      if (width * height <= this.start.most) return false;
+      this.wrong = { ...others, resolution, width, height };
+      return true;
     },
     // Latitude and longitude belong together: until both are there, the loader says what is missing.
     onEarthAt(one, value, others) {
@@ -221,7 +230,7 @@ export default {
     // -- the tools -----------------------------------------------------------------------
     pick(name) { this.tool = name; this.fence = []; this.box = this.corner = null; },
     closeFence() {
-      if (this.fence.length > 2) this.change(fenced(this.grid, this.fence));
+      if (this.fence.length > 2 && !this.tooMany()) this.change(fenced(this.grid, this.fence));
       this.fence = [];
     },
     addCorner(cell) {
@@ -229,7 +238,12 @@ export default {
       if (this.fence.length > 2 && same(cell, this.fence[0])) this.closeFence();
       else if (!this.fence.some((one) => same(one, cell))) this.fence = [...this.fence, cell];
     },
-    fillBox(one, other) { this.change(block(this.grid, box(one, other), !this.grid.blocked.has(keyOf(one)))); this.box = this.corner = null; },
+    tooMany() {
+      const many = this.grid.width * this.grid.height > this.start.most;
+      if (many) this.tell(this.sentence, true);
+      return many;
+    },
+    fillBox(one, other) { if (!this.tooMany()) this.change(block(this.grid, box(one, other), !this.grid.blocked.has(keyOf(one)))); this.box = this.corner = null; },
     // Enter: the tool in the cell under the cursor; what goes from corner to corner takes two of them.
     use(cell) {
       if (this.tool === 'waypoint') this.add(cell);

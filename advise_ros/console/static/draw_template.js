@@ -44,6 +44,7 @@ export default `
           <button type="button" class="quiet" :disabled="index === grid.waypoints.length - 1" @click="reorder(index, 1)" :aria-label="t('Waypoint {n} later', { n: index + 1 })">↓</button>
           <button type="button" class="quiet" @click="remove(index)" :aria-label="t('Remove waypoint {n}', { n: index + 1 })">✕</button>
         </li></ol>
+        <div class="row" v-if="held >= 0"><button type="button" @click="add(grid.waypoints[held])" data-test="again">{{ t('Fly to waypoint {n} once more', { n: held + 1 }) }}</button></div>
       </section>
       <section class="card" aria-labelledby="cells-title">
         <h2 id="cells-title">{{ t('Cells') }} <small>· {{ tn('{n} blocked', '{n} blocked', grid.blocked.size) }}</small></h2>

@@ -66,11 +66,12 @@ def test_what_is_saved_is_the_drawing_and_twice_the_same_bytes(tmp_path: Path) -
 
 
 def test_a_file_of_somebody_s_hand_stays_to_the_byte_until_it_is_changed(tmp_path: Path) -> None:
-    (tmp_path / 'mine.yaml').write_bytes(SHIPPED.read_bytes())
+    shipped = SHIPPED.read_bytes().replace(b'\n', b'\r\n')
+    (tmp_path / 'mine.yaml').write_bytes(shipped)
     made = GridEditor(tmp_path / 'mine.yaml')
     values = made.start()['values']
     assert saved(made, values, 'copy.yaml')['lost'] is False
-    assert (tmp_path / 'copy.yaml').read_bytes() == SHIPPED.read_bytes()
+    assert (tmp_path / 'copy.yaml').read_bytes() == shipped
     assert saved(made, {**values, 'altitude': 6}, 'other.yaml')['lost'] is True, 'its comments are gone, and that is said'
     assert load_grid(tmp_path / 'other.yaml').altitude_m == 6.0
 
@@ -160,7 +161,8 @@ def test_walls_are_read_off_a_map(tmp_path: Path) -> None:
     (['--picture', 'x.png', '--corners', '1,1'], "corners are '1,1'"),
     (['--picture', 'x.png', '--corners', '-9,-9 1,1'], 'no such file'),
     (['--map', 'x.yaml'], 'map file x.yaml: there is no such file'), (['--port', '70000'], '--port is 70000'),
-    ([str(ROOT / 'README.md')], 'is not a YAML file'),
+    ([str(ROOT / 'README.md')], 'that ends in .yaml'), (['no_such_folder/a.yaml'], 'there is no folder no_such_folder'),
+    ([str(ROOT / 'config' / 'advise.yaml')], "it has no mapping 'grid'"),
 ])
 def test_what_cannot_be_served_is_refused(words: list[str], said: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert command.run(['draw', *words]) == 2
