@@ -12,7 +12,7 @@ const ARROW = { ArrowUp: [0, 1], ArrowRight: [1, 0], ArrowDown: [0, -1], ArrowLe
 
 const TOOLS = [
   { name: 'area', sign: '⬚', label: mark('Area'), hint: mark('Drag from corner to corner. Pull a dot to enlarge or to cut off; the middle one moves everything.') },
-  { name: 'waypoint', sign: '①', label: mark('Waypoints'), hint: mark('Touch cells in the order of flight; the last is the final position. Drag a waypoint to move it. Shift: fly there once more.') },
+  { name: 'waypoint', sign: '①', label: mark('Waypoints'), hint: mark('Touch cells in the order of flight; the last is the final position. Drag a waypoint to move it.') },
   { name: 'wall', sign: '▦', label: mark('Walls'), hint: mark('Draw over cells that may not be entered; begin on a blocked one to free cells.') },
   { name: 'box', sign: '◼', label: mark('Box'), hint: mark('Drag from corner to corner; all cells of the box are blocked, or freed if it begins on a blocked one.') },
   { name: 'fence', sign: '⬠', label: mark('Fence'), hint: mark('Touch the corner cells of the fence, then the first one again: all cells beyond it are blocked.') },
@@ -20,7 +20,7 @@ const TOOLS = [
 ];
 const KEYS = [
   ['1–6', mark('tools')], ['↑ → ↓ ←', mark('move the cursor')], ['⇧ ↑ → ↓ ←', mark('take the waypoint under the cursor along')], ['Enter', mark('use the tool in this cell')],
-  ['w', mark('a waypoint here, the next in order')], ['b', mark('block this cell, or free it')], ['Del', mark('remove the waypoint, or free the cell')],
+  ['w', mark('a waypoint here, the next in order')], ['⇧ ☝', mark('fly to a waypoint once more')], ['b', mark('block this cell, or free it')], ['Del', mark('remove the waypoint, or free the cell')],
   ['<, >', mark('the waypoint here earlier, later')], ['Ctrl Z, Ctrl Y', mark('undo, redo')], ['Ctrl S', mark('save')],
   ['+, −, 0', mark('larger, smaller, the whole map')], ['Ctrl ↑ → ↓ ←', mark('move the map')], ['?', mark('these keys')], ['Esc', mark('give up what was begun')],
 ];
@@ -408,9 +408,9 @@ export default {
     },
     paint() { if (this.board?.view) this.board.paint(this.scene); },
     // -- the picture ---------------------------------------------------------------------
-    show(source) {
+    show(source, chosen = false) {
       const picture = new Image();
-      picture.onload = () => { this.picture = Object.freeze(picture); if (!this.corners) this.placeOnArea(); this.$nextTick(() => this.whole()); };
+      picture.onload = () => { this.picture = Object.freeze(picture); if (chosen) this.placeOnArea(); this.$nextTick(() => this.whole()); };
       picture.onerror = () => this.tell(t('This is no picture that can be shown; save it as PNG or JPEG.'), true);
       picture.src = source;
     },
@@ -418,7 +418,7 @@ export default {
       const [file] = event.target.files;
       if (!file) return;
       const reader = new FileReader();
-      reader.onload = () => { this.corners = null; this.show(reader.result); };
+      reader.onload = () => this.show(reader.result, true);
       reader.readAsDataURL(file);
     },
     // Until its corners are named: over the width of the area.

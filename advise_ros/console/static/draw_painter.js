@@ -100,7 +100,7 @@ export class Board {
     context.setLineDash([7, 5]);
     this.twice(2, colours.bad, () => context.strokeRect(rect[0] - more, rect[1] - more, rect[2] + 2 * more, rect[3] + 2 * more));
     context.setLineDash([]);
-    this.text(words, rect[0] + rect[2] / 2, Math.max(9, rect[1] - more), colours.bad, FONT, colours.card);
+    this.text(words, rect[0] + rect[2] / 2, Math.max(9, rect[1] - more - 11), colours.bad, FONT, colours.card);
     this.twice(2.5, colours.accent, () => context.strokeRect(...rect));
   }
 

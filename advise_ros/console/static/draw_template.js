@@ -71,7 +71,7 @@ export default `
           <label class="field wide">{{ t('Strength') }} <input type="range" min="0.1" max="1" step="0.05" v-model.number="strength"></label>
           <template v-if="!start.walls">
           <label class="field wide">{{ t('Lower left and upper right corner') }} <input v-model="cornersText" spellcheck="false" :placeholder="onEarth ? '47.3975,8.5450 47.3979,8.5458' : '0,0 60,40'" data-test="corners" @keydown.enter="place()"></label>
-          <div class="row"><label class="tick"><input type="checkbox" v-model="onEarth"> {{ t('latitude, longitude') }}</label> <button type="button" @click="place()" data-test="place">{{ t('Place the picture') }}</button></div>
+          <div class="row"><label class="tick"><input type="checkbox" v-model="onEarth" data-test="on-earth"> {{ t('latitude, longitude') }}</label> <button type="button" @click="place()" data-test="place">{{ t('Place the picture') }}</button></div>
           <p class="soft">{{ t('Or all four corners, from the upper left one clockwise.') }}</p>
           </template>
         </template>
