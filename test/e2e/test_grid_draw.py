@@ -176,7 +176,7 @@ def test_it_lies_on_the_earth(browser: Browser, tmp_path: Path) -> None:
         anna.shows('note', 'the first is the lower left one')
         anna.at('on-earth').check()
         anna.type_into('corners', '47.3977,8.5456 47.3978,8.5458')
-        anna.page.wait_for_function(f'() => {PAGE}.corners[3][0] === 0 && {PAGE}.corners[1][1] < -10')
+        anna.page.wait_for_function(f'() => {PAGE}.corners[3][0] === 0 && {PAGE}.corners[1][0] < -10')
         anna.type_into('name', '../out.yaml')
         anna.shows('note', "Not saved: the file's name is '../out.yaml'")
         anna.type_into('name', 'placed.yaml')
