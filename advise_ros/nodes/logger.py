@@ -19,7 +19,7 @@ from advise_ros.recording import platform
 from advise_ros.recording.background import MIB, BackgroundWriter, BagEntry, WriteLimits
 from advise_ros.recording.bagrecords import RECORDS_TOPIC
 from advise_ros.recording.definitions import definition
-from advise_ros.recording.platform import PARAMETERS_RECORD, PLATFORM_RECORD, READ_AT
+from advise_ros.recording.platform import LEFT_OUT_RECORD, PARAMETERS_RECORD, PLATFORM_RECORD, READ_AT
 from advise_ros.recording.writer import BagWriter
 from advise_ros.ros import diagnostics, run, topics
 from advise_ros.ros.configured import ConfiguredNode
@@ -37,13 +37,13 @@ CLOCK_CDR = struct.Struct('<4xiI')
 class LoggerNode(ConfiguredNode):
     """Records everything that a session is rebuilt from into one bag (rosbag2 layout, MCAP).
 
-    By default: pose, odom, cmd_vel, vehicle_status, battery_state, demonstration, advise/query,
-    advise/policy, advise/advice_log, advise/status, advise/uncertainty, advise/reward, advise/site_map,
-    advise/site_prior, advise/markers, policy/status, /diagnostics and what services publish of their calls
-    (service_introspection); or the names and patterns in `topics`, also those that appear later. Messages are
-    stored as they came (CDR) with their definitions and the profiles that publishers offer; the bag also holds
-    the parameters of every node and the versions of the numeric packages, as metadata records and, for who
-    converts it, on /bag_records.
+    By default: pose, odom, cmd_vel, vehicle_status, battery_state, demonstration, advise/query, advise/policy, advise/advice_log,
+    advise/status, advise/uncertainty, advise/reward, advise/site_map, advise/site_prior, advise/markers, advise/route,
+    advise/map, recorder/path, recorder/track, guard/cmd_vel, guard/pose, policy/status, /parameter_events, /diagnostics and what
+    services publish of their calls (service_introspection); or the names and patterns in `topics`, also those that appear later.
+    Messages are stored as they came (CDR) with their definitions and the profiles that publishers offer; the bag also holds the
+    parameters of every node and the versions of the numeric packages, as metadata records and, for who converts it, on
+    /bag_records. What others publish and it was not asked for is listed in the bag and at the end.
 
     What came more than flush_s ago survives the death of this process; `recover BAG` makes a bag whole
     that was cut off. A full disk raises an alarm on /diagnostics and harms nobody else. Ctrl-C finishes
@@ -155,11 +155,20 @@ class LoggerNode(ConfiguredNode):
         """Finish the bag; the ROS context may be gone."""
         self._take()
         self._take()  # What came during the first.
+        self._say_what_was_left_out()
         self._writer.close()
         if self._writer.problem is not None:
             self.exit_code = exits.VERDICT_NO
             if not self._end_reported:
                 exits.fail(f'bag {self.config.bag} could not be finished: {self._writer.problem}; free some space')
+
+
+    def _say_what_was_left_out(self) -> None:
+        left_out = dict(sorted(self._incoming.left_out.items()))
+        self._writer.add_record(LEFT_OUT_RECORD, left_out)
+        if left_out:
+            listed = ', '.join(f'{topic} ({kind})' for topic, kind in left_out.items())
+            print(f'not recorded, as nobody asked for it by -p topics: {listed}', flush=True)
 
 
 def main() -> None:

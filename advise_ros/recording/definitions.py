@@ -41,7 +41,7 @@ class Definition(NamedTuple):
     Attributes:
         type_name: 'pkg/msg/Type', or 'pkg/srv/Type_Event' for what a service publishes of its calls.
         text: ros2msg: the type's own text, then each type it needs after a line of 80 '='.
-        type_hash: REP-2016 hash, 'RIHS01_...'; '' for those of a service.
+        type_hash: REP-2016 hash, 'RIHS01_...'.
     """
 
     type_name: str
@@ -111,8 +111,7 @@ def _installed(type_name: str) -> Definition | None:
     for dependency, text in texts.items():
         package, _, name = dependency.split('/')
         parts.append(f'{SEPARATOR}\nMSG: {package}/{name}\n{text}')
-    # Readers by rosbags look for the type of each hash, and know those of messages and actions only.
-    return Definition(type_name, '\n'.join(parts), '' if type_name.endswith(EVENT) else hashes[type_name])
+    return Definition(type_name, '\n'.join(parts), hashes[type_name])
 
 
 def _with_dependencies(type_name: str) -> dict[str, str] | None:

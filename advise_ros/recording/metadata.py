@@ -13,6 +13,7 @@ from ruamel.yaml import YAML
 from ruamel.yaml.error import YAMLError
 
 import advise_ros
+from advise_ros.recording.definitions import EVENT
 
 VERSION = 9
 FILE_NAME = 'metadata.yaml'
@@ -129,7 +130,9 @@ def _topic(topic: Topic) -> dict[str, Any]:
             'type': topic.type_name,
             'serialization_format': 'cdr',
             'offered_qos_profiles': list(topic.qos),
-            'type_description_hash': topic.type_hash,
+            # rosbags looks for the type of each hash that stands here, and knows those of messages and actions only: a service's
+            # event has its hash in the file itself, where rosbag2 looks for it.
+            'type_description_hash': '' if topic.type_name.endswith(EVENT) else topic.type_hash,
         },
         'message_count': topic.n_messages,
     }

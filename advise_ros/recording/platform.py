@@ -64,6 +64,8 @@ def _cpu_model() -> str:
 PARAMETERS_RECORD = 'parameters '
 # What the recording was made on (recording/platform.py).
 PLATFORM_RECORD = 'platform'
+# Topic -> type of what others published and the logger was not asked for.
+LEFT_OUT_RECORD = 'not recorded'
 # In a record of parameters, when they were read (the logger's clock): a node may be started again with others. Bags of
 # earlier versions do not hold it.
 READ_AT = 'log time (ns)'

@@ -106,6 +106,7 @@ class RawSubscriptions:
 
     Attributes:
         problems: topic -> why it is not subscribed to, one sentence.
+        left_out: topic -> type of what somebody publishes and is not asked for.
     """
 
     def __init__(
@@ -117,6 +118,7 @@ class RawSubscriptions:
         self._entries: dict[str, _Entry] = {}
         self._held: list[Arrival] = []
         self.problems: dict[str, str] = {}
+        self.left_out: dict[str, str] = {}
         self._patterns = tuple(_absolute(node, pattern) for pattern in patterns)
         for name, (type_name, profile) in known.items():
             self._subscribe(node.resolve_topic_name(name), type_name, profile)
@@ -145,9 +147,11 @@ class RawSubscriptions:
         return any(fnmatchcase(topic, pattern) for pattern in self._patterns)
 
     def refresh(self) -> None:
-        for topic, _ in self._node.get_topic_names_and_types():
+        for topic, types in self._node.get_topic_names_and_types():
             if topic in self._entries or self.is_asked_for(topic):
                 self._adapt(topic)
+            elif topic not in self.left_out and self._node.count_publishers(topic):
+                self.left_out[topic] = types[0]
 
     def offers(self, topic: str) -> list[Qos]:
         """What the present publishers of a topic offer, as bags store it; what we ask for when they are gone."""

@@ -35,4 +35,5 @@ RECORDED: dict[str, tuple[str, QoSProfile]] = {
 }
 
 # What the session's services publish of their calls, once someone has turned that on (parameter service_introspection).
-RECORDED_PATTERNS = tuple(f'{service}/*/_service_event' for service in ('advise', 'recorder', 'policy', 'mavlink_bridge'))
+SERVING = ('advise', 'recorder', 'policy', 'mavlink_bridge', 'guard')
+RECORDED_PATTERNS = tuple(f'{node}/*/_service_event' for node in SERVING)

@@ -96,6 +96,7 @@ def test_a_session_is_recorded_whole(graph: Graph, tmp_path: Path) -> None:
     graph.node.create_publisher(LearnerStatus, 'advise/status', qos.latched()).publish(LearnerStatus(message='before'))
     expert = graph.start('guard', {'fence': 'off'})
     logger = start(graph, tmp_path / 'bag')
+    strange = graph.node.create_publisher(String, 'words', qos.latched())
     poses(graph, range(1, 101))
     recorded(graph, '/pose', 101)
     recorded(graph, '/advise/status', 1)
@@ -108,6 +109,9 @@ def test_a_session_is_recorded_whole(graph: Graph, tmp_path: Path) -> None:
     assert '/clock' not in bag.topics
     records = {record.name: record.values for record in bag.records}
     assert json.loads(records['parameters /guard']['max_speed_m_s']) == 3.0
+    assert records['not recorded']['/words'] == 'std_msgs/msg/String' and strange is not None
+    assert any('not recorded, as nobody asked for it by -p topics: ' in line and '/words' in line for line in logger.out)
+    assert {'/pose', '/guard/cmd_vel', '/guard/pose', '/diagnostics'}.isdisjoint(records['not recorded'])
     assert json.loads(records['parameters /logger']['bag']) == str(tmp_path / 'bag')
     assert records['platform']['numpy']
     with AnyReader([tmp_path / 'bag']) as reader:
@@ -267,7 +271,9 @@ def test_what_services_tell_of_their_calls_is_recorded_once_it_is_turned_on(grap
     until(graph, lambda: graph.call(Trigger, 'recorder/stop'), lambda counts: counts.get(topic, 0) > 1)
     assert stop(logger) == 0
     with (tmp_path / 'bag' / 'bag_0.mcap').open('rb') as stream:
-        found = [(schema.name, message.data) for schema, _, message in make_reader(stream).iter_messages([topic])]
+        entries = list(make_reader(stream).iter_messages([topic]))
+    found = [(schema.name, message.data) for schema, _, message in entries]
+    assert all(channel.metadata['topic_type_hash'].startswith('RIHS01_') for _, channel, _ in entries)
     assert {name for name, _ in found} == {'std_srvs/srv/Trigger_Event'}
     told = [deserialize_message(data, Trigger.Event) for _, data in found]
     answers = [event.response[0] for event in told if len(event.response)]
