@@ -94,10 +94,10 @@ def is_at_work(client: GraphClient, node: str) -> bool:
 def table(start_s: dict[str, list[float]], memory_mb: dict[str, list[float]]) -> Table:
     """Medians with the largest, and whether the targets hold."""
     shown = Table('node', 'memory, MB', 'largest', 'wanted', 'at work after, s', 'longest', 'wanted')
-    for name in memory_mb:
+    for name, taken_mb in memory_mb.items():
         wanted = f'< {LEAST_MB[name]:g}' if name in LEAST_MB else ''
         shown.add_row(
-            name, f'{statistics.median(memory_mb[name]):.0f}', f'{max(memory_mb[name]):.0f}', wanted,
+            name, f'{statistics.median(taken_mb):.0f}', f'{max(taken_mb):.0f}', wanted,
             f'{statistics.median(start_s[name]):.2f}', f'{max(start_s[name]):.2f}', '' if name == BARE else f'< {MOST_START_S:g}',
         )
     return shown

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Path
@@ -10,10 +11,12 @@ from nav_msgs.msg import Path
 from advise_ros.config import PolicyConfig
 from advise_ros.core.demonstrations.demonstration import Demonstration
 from advise_ros.core.grid.grid import Grid
-from advise_ros.core.learning.learner import Learned
 from advise_ros.core.planning.rollout import rollout, step_budget
 from advise_ros.core.units import MAP_FRAME
 from advise_ros.ros.convert import stamp_from_ns
+
+if TYPE_CHECKING:  # What records imports nothing that learns.
+    from advise_ros.core.learning.learner import Learned
 
 
 def learnt_path(learned: Learned) -> Path:

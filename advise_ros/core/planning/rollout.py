@@ -11,7 +11,6 @@ import numpy as np
 from advise_ros.core.grid.grid import N_ACTIONS, Grid
 from advise_ros.core.grid.tables import terminal
 from advise_ros.core.numerics import Bools, Ints
-from advise_ros.core.planning.process import mdp_of
 
 
 @lru_cache(maxsize=8)
@@ -105,6 +104,8 @@ def expected_success(grid: Grid, greedy: Ints, slip: float, budget_factor: float
         slip: of the learner's model; at least ASTRAY is taken.
         budget_factor: moves before the battery is spent, times the shortest route.
     """
+    from advise_ros.core.planning.process import mdp_of  # noqa: PLC0415 - scipy.sparse, for the learner only: who flies has none
+
     process = mdp_of(grid, max(slip, ASTRAY), 0.0)
     moves = process.outcomes(np.arange(grid.n_states), np.asarray(greedy, dtype=np.int64)).T.tocsr()
     start = grid.start_state()

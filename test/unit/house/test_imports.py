@@ -7,6 +7,8 @@ import sys
 
 import pytest
 
+# Who records or flies has none of these either.
+LARGE = ('scipy.sparse', 'scipy.linalg')
 SLOW = ('sklearn', 'numba', 'pandas', 'scipy.stats', 'matplotlib', 'cvxpy')
 PROGRAM = """
 import importlib, sys
@@ -20,5 +22,12 @@ print(*sorted(set(sys.argv[2:]) & set(sys.modules)))
 ])
 def test_a_node_does_not_load_what_it_never_uses(node: str) -> None:
     command = [sys.executable, '-c', PROGRAM, f'advise_ros.nodes.{node}', *SLOW]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert done.stdout.split() == []
+
+
+@pytest.mark.parametrize('node', ['guard', 'logger', 'mavlink_bridge', 'policy', 'recorder'])
+def test_a_node_beside_the_vehicle_loads_no_linear_algebra(node: str) -> None:
+    command = [sys.executable, '-c', PROGRAM, f'advise_ros.nodes.{node}', *LARGE]
     done = subprocess.run(command, capture_output=True, text=True, check=True)
     assert done.stdout.split() == []
