@@ -15,11 +15,23 @@ from advise_ros.recording.mapfile import read_map
 from advise_ros.recording.picturefile import corners_from_text, picture_of_map, read_picture
 
 PORT = 8081
+EPILOG = """examples:
+  ./advise grid draw my_grid.yaml                                    from nothing, or going on with a file
+  ./advise grid draw --picture garden.png --corners "0,0 60,40"      over a picture, 60 m wide and 40 m high
+  ./advise grid draw --picture ortho.jpg --corners-wgs84 "47.3975,8.5450 47.3979,8.5458"
+  ./advise grid draw --map house.yaml                                over a map of map_server, whose walls can be read
+
+The page is served on this machine alone; keys, mouse and fingers draw. Ctrl-C here ends it.
+
+Next: save on the page, then ./advise fly --grid my_grid.yaml
+
+exit code: 0 ended by Ctrl-C; 1 the page cannot be served; 2 wrong usage or input"""
 LOOK_S = 0.2
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """Those of `grid draw`."""
+    """Those of `grid draw`, and its help."""
+    parser.epilog, parser.formatter_class = EPILOG, argparse.RawDescriptionHelpFormatter
     add = parser.add_argument
     add('file', metavar='FILE', nargs='?', type=Path, help='grid file to go on with, or to make (default: the page asks)')
     add('--picture', metavar='IMAGE', help='orthophoto or floor plan to draw on: PNG, JPEG, TIFF, ...')

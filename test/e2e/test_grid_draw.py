@@ -105,6 +105,11 @@ def test_a_grid_is_drawn_by_keys_alone_and_no_file_is_lost(browser: Browser, tmp
         anna.press('Control+z', 'Control+y', '4', 'ArrowDown', 'ArrowDown', 'Enter', 'ArrowDown', 'ArrowLeft', 'Enter')
         anna.press('Control+s')
         anna.shows('exists', 'mine.yaml exists already')
+        anna.press('?')
+        for scheme in ('light', 'dark'):
+            anna.page.emulate_media(color_scheme=scheme)
+            assert anna.complaints() == []
+        anna.press('Escape')
         anna.at('save-other').press('Enter')
         anna.shows('saved', 'Comments of the file that was opened are not in it.')
         assert (tmp_path / 'mine.yaml').read_bytes() == (ROOT / 'config' / 'grid_6x6.yaml').read_bytes()
@@ -172,6 +177,7 @@ def test_it_lies_on_the_earth(browser: Browser, tmp_path: Path) -> None:
         Image.new('RGB', (30, 20)).save(tmp_path / 'ortho.png')
         anna.at('picture').set_input_files(tmp_path / 'ortho.png')
         expect(anna.at('corners')).to_have_value('-1,-1 23,15')
+        assert anna.complaints() == []
         anna.type_into('corners', '23,15 -1,-1')
         anna.shows('note', 'the first is the lower left one')
         anna.at('on-earth').check()

@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import Browser
 
 from support.browser import PAGE, Person
@@ -59,6 +60,10 @@ class Draughtsman(Person):
         for place in places_m[1:]:
             mouse.move(*self.on_screen(*place))
         mouse.up()
+
+    def complaints(self) -> list[str]:
+        """What axe (WCAG A and AA, best practices) finds on the page as it stands."""
+        return [f'{one["id"]}: {one["nodes"][0]["html"]}' for one in Axe().run(self.page).response['violations']]
 
     def type_into(self, name: str, text: str) -> None:
         self.at(name).fill(text)

@@ -1,41 +1,16 @@
 // The page on which a person draws a grid file. The server says whether the drawing is right, by the sentences of the file's loader.
 import { Link } from '/console/link.js';
-import { Board, HANDLES } from '/console/draw_painter.js';
-import { between, block, box, cellAt, fenced, fromValues, high, inside, keyOf, moved, pulled, recelled, rearranged, same, toValues, withWaypoints } from '/console/draw_grid.js';
-import { choose as chooseLanguage, language, mark, number, speak, t, tn } from '/console/language.js';
+import keys from '/console/draw_keys.js';
+import strokes from '/console/draw_strokes.js';
+import { Board } from '/console/draw_painter.js';
+import { between, block, box, fenced, fromValues, high, inside, keyOf, same, toValues, withWaypoints } from '/console/draw_grid.js';
+import { HEADING, KEYS, NUMBERS, PLACING, TOOLS } from '/console/draw_tables.js';
+import { choose as chooseLanguage, language, number, speak, t, tn } from '/console/language.js';
 import template from '/console/draw_template.js';
 
-const CHECK_AFTER_MS = 120, LOOK_MS = 100, NOTE_MS = 10000, NEAR_PX = 24, DRAG_PX = 6, KEPT = 200;
+const CHECK_AFTER_MS = 120, LOOK_MS = 100, NOTE_MS = 10000, KEPT = 200;
 // As guard and bridge have it where nobody sets it.
 const FENCE_MARGIN_M = 1;
-const ARROW = { ArrowUp: [0, 1], ArrowRight: [1, 0], ArrowDown: [0, -1], ArrowLeft: [-1, 0] };
-
-const TOOLS = [
-  { name: 'area', sign: '⬚', label: mark('Area'), hint: mark('Drag from corner to corner. Pull a dot to enlarge or to cut off; the middle one moves everything.') },
-  { name: 'waypoint', sign: '①', label: mark('Waypoints'), hint: mark('Touch cells in the order of flight; the last is the final position. Drag a waypoint to move it.') },
-  { name: 'wall', sign: '▦', label: mark('Walls'), hint: mark('Draw over cells that may not be entered; begin on a blocked one to free cells.') },
-  { name: 'box', sign: '◼', label: mark('Box'), hint: mark('Drag from corner to corner; all cells of the box are blocked, or freed if it begins on a blocked one.') },
-  { name: 'fence', sign: '⬠', label: mark('Fence'), hint: mark('Touch the corner cells of the fence, then the first one again: all cells beyond it are blocked.') },
-  { name: 'hand', sign: '✥', label: mark('Move'), hint: mark('Drag the map. With any tool two fingers or the wheel move and zoom it.') },
-];
-const KEYS = [
-  ['1–6', mark('tools')], ['↑ → ↓ ←', mark('move the cursor')], ['⇧ ↑ → ↓ ←', mark('take the waypoint under the cursor along')], ['Enter', mark('use the tool in this cell')],
-  ['w', mark('a waypoint here, the next in order')], ['⇧ ☝', mark('fly to a waypoint once more')], ['b', mark('block this cell, or free it')], ['Del', mark('remove the waypoint, or free the cell')],
-  ['<, >', mark('the waypoint here earlier, later')], ['Ctrl Z, Ctrl Y', mark('undo, redo')], ['Ctrl S', mark('save')],
-  ['+, −, 0', mark('larger, smaller, the whole map')], ['Ctrl ↑ → ↓ ←', mark('move the map')], ['?', mark('these keys')], ['Esc', mark('give up what was begun')],
-];
-const NUMBERS = [
-  { key: 'resolution', field: 'resolution', label: mark('Cell size [m]'), set: (grid, value) => recelled(grid, value), size: true },
-  { key: 'altitude', field: 'altitude', label: mark('Altitude [m]'), set: (grid, value) => ({ ...grid, altitude: value }) },
-  { key: 'width', field: 'width', label: mark('Columns'), set: (grid, value) => rearranged(grid, { width: value }), size: true, whole: true },
-  { key: 'height', field: 'height', label: mark('Rows'), set: (grid, value) => rearranged(grid, { height: value }), size: true, whole: true },
-  { key: 'origin-0', field: 'origin', at: 0, label: mark('Left edge x [m]'), set: (grid, value) => ({ ...grid, origin: [value, grid.origin[1]] }) },
-  { key: 'origin-1', field: 'origin', at: 1, label: mark('Lower edge y [m]'), set: (grid, value) => ({ ...grid, origin: [grid.origin[0], value] }) },
-];
-const HEADING = 'heading';
-const PLACING = [
-  { key: 'latitude', at: 0, label: mark('Latitude [°]') }, { key: 'longitude', at: 1, label: mark('Longitude [°]') }, { key: HEADING, label: mark('Heading of the y axis [°]') },
-];
 
 export default {
   props: { start: Object, words: Object },
@@ -96,6 +71,7 @@ export default {
     if (this.start.picture) this.show(this.start.picture);
   },
   methods: {
+    ...keys, ...strokes,
     t, tn, number, chooseLanguage,
     welcome(line) { this.link.welcome(line); this.up = this.link.look(); },
     reply(id, reply) { this.link.reply(id, reply); },
@@ -258,141 +234,6 @@ export default {
         this.change(between(this.grid, [at(0, low[0]), at(1, low[1])], [at(0, top[0] + 1), at(1, top[1] + 1)]));
         this.box = this.corner = null;
       }
-    },
-    // -- mouse and fingers ---------------------------------------------------------------
-    point(event) { const rect = this.$refs.canvas.getBoundingClientRect(); return [event.clientX - rect.left, event.clientY - rect.top]; },
-    onDown(event) {
-      this.$refs.board.focus({ preventScroll: true });
-      this.pointers.set(event.pointerId, this.point(event));
-      this.$refs.canvas.setPointerCapture(event.pointerId);
-      if (this.pointers.size > 1) { this.giveUp(); this.stroke = { tool: 'hand' }; return; }
-      const at = this.point(event), metres = this.board.metres(...at), cell = cellAt(this.grid, metres);
-      if (inside(this.grid, cell)) this.cursor = cell;
-      this.stroke = { tool: event.button ? 'hand' : this.tool, from: at, metres, cell, before: this.grid, shift: event.shiftKey };
-      this.begin();
-    },
-    begin() {
-      const { stroke } = this, { cell } = stroke;
-      if (stroke.tool === 'area') stroke.side = this.nearHandle(stroke.from);
-      if (stroke.tool === 'wall' && inside(this.grid, cell)) { stroke.on = !this.grid.blocked.has(keyOf(cell)); this.take(block(this.grid, [cell], stroke.on)); stroke.last = cell; }
-      if (stroke.tool === 'box' && inside(this.grid, cell)) this.box = [cell, cell];
-      if (stroke.tool === 'waypoint') this.beginWaypoint(cell);
-    },
-    beginWaypoint(cell) {
-      const { stroke } = this, at = this.nearWaypoint(stroke.from, cell);
-      if (at >= 0 && !stroke.shift) { stroke.index = at; this.held = at; return; }
-      if (!inside(this.grid, cell)) return;
-      stroke.index = this.grid.waypoints.length;
-      this.take(withWaypoints(this.grid, [...this.grid.waypoints, cell]));
-      this.held = stroke.index;
-    },
-    // In this cell, or near by where cells are small, and those that lie outside.
-    nearWaypoint(from, cell) {
-      const here = this.waypointAt(cell);
-      if (here >= 0 || (inside(this.grid, cell) && this.grid.resolution * this.board.view.scale > NEAR_PX)) return here;
-      return this.grid.waypoints.findLastIndex((one) => Math.hypot(...this.board.screen([0, 1].map((axis) => this.grid.origin[axis] + (one[axis] + 0.5) * this.grid.resolution)).map((value, axis) => value - from[axis])) < NEAR_PX / 2);
-    },
-    nearHandle(from) {
-      const near = (side) => Math.hypot(...this.board.handle(this.grid, side).map((value, axis) => value - from[axis])) < NEAR_PX;
-      return HANDLES.find(near) || (near([0, 0]) ? [0, 0] : null);
-    },
-    onMove(event) {
-      const before = this.pointers.get(event.pointerId), now = this.point(event);
-      if (!before || !this.stroke) return;
-      const other = [...this.pointers].find(([id]) => id !== event.pointerId)?.[1];
-      this.pointers.set(event.pointerId, now);
-      if (this.stroke.tool === 'hand') { this.lead(before, now, other); return; }
-      this.draw(now);
-    },
-    // Moves the map, by two fingers also its size.
-    lead(before, now, other) {
-      if (other) {
-        const spread = ([x, y]) => Math.max(1, Math.hypot(x - other[0], y - other[1]));
-        this.board.zoom(spread(now) / spread(before), (now[0] + other[0]) / 2, (now[1] + other[1]) / 2);
-      }
-      const share = other ? 2 : 1;
-      this.board.pan((now[0] - before[0]) / share, (now[1] - before[1]) / share);
-      this.paint();
-    },
-    draw(now) {
-      const { stroke } = this, metres = this.board.metres(...now), cell = cellAt(this.grid, metres), far = Math.hypot(now[0] - stroke.from[0], now[1] - stroke.from[1]) >= DRAG_PX;
-      stroke.moved = stroke.moved || far;
-      if (stroke.tool === 'area' && stroke.moved) this.drawArea(metres);
-      else if (stroke.tool === 'wall' && stroke.last) this.drawWall(cell);
-      else if (stroke.tool === 'box' && this.box) this.box = [this.box[0], [0, 1].map((axis) => Math.min(Math.max(cell[axis], 0), [this.grid.width, this.grid.height][axis] - 1))];
-      else if (stroke.tool === 'waypoint' && stroke.index !== undefined && stroke.moved && inside(this.grid, cell)) this.take(withWaypoints(this.grid, this.grid.waypoints.map((one, index) => (index === stroke.index ? cell : one))));
-    },
-    drawArea(metres) {
-      const { side, before, metres: from } = this.stroke;
-      if (!side) this.take(between(before, from, metres));
-      else if (side[0] || side[1]) this.take(pulled(before, side, metres));
-      else this.take(moved(before, [0, 1].map((axis) => metres[axis] - from[axis])));
-    },
-    // Every cell on the way, however fast the hand was.
-    drawWall(cell) {
-      const { last, on } = this.stroke, count = Math.max(1, Math.abs(cell[0] - last[0]), Math.abs(cell[1] - last[1]));
-      const way = Array.from({ length: count }, (_, step) => [0, 1].map((axis) => Math.round(last[axis] + (cell[axis] - last[axis]) * (step + 1) / count)));
-      this.take(block(this.grid, way, on));
-      this.stroke.last = cell;
-    },
-    onUp(event) {
-      this.pointers.delete(event.pointerId);
-      const { stroke } = this;
-      if (!stroke || this.pointers.size) return;
-      this.stroke = null;
-      if (stroke.tool === 'fence') this.addCorner(stroke.cell);
-      else if (stroke.tool === 'box' && this.box) this.fillBox(...this.box);
-      else if (stroke.before && this.grid !== stroke.before) { const after = this.grid; this.grid = stroke.before; this.change(after, stroke.before); }
-    },
-    onCancel(event) { this.pointers.delete(event.pointerId); this.giveUp(); },
-    giveUp() {
-      if (this.stroke?.before) this.take(this.stroke.before);
-      this.stroke = this.box = this.corner = null;
-    },
-    onWheel(event) { this.board.zoom(Math.exp(-event.deltaY / 400), ...this.point(event)); this.paint(); },
-    // -- keys ----------------------------------------------------------------------------
-    key(event) {
-      const typing = event.target.closest?.('input:not([type=checkbox], [type=range]), select'), control = event.ctrlKey || event.metaKey;
-      if (control && event.key.toLowerCase() === 's') { event.preventDefault(); event.target.blur(); this.save(); return; }
-      if (event.key === 'Escape') { this.help = false; this.fence = []; this.giveUp(); return; }
-      if (typing || event.altKey || event.target.matches?.('[type=range]')) return;
-      if (control ? this.controlKey(event) : this.plainKey(event)) event.preventDefault();
-    },
-    controlKey(event) {
-      const key = event.key.toLowerCase();
-      if (event.key in ARROW) { const [dx, dy] = ARROW[event.key]; this.board.pan(-80 * dx, 80 * dy); this.paint(); return true; }
-      if (key === 'y' || (key === 'z' && event.shiftKey)) this.redo();
-      else if (key === 'z') this.undo();
-      else return false;
-      return true;
-    },
-    plainKey(event) {
-      const index = this.waypointAt(this.cursor), onButton = event.target.closest?.('button');
-      const acts = {
-        w: () => this.add(this.cursor), b: () => this.change(block(this.grid, [this.cursor], !this.grid.blocked.has(keyOf(this.cursor)))), '?': () => { this.help = !this.help; },
-        '<': () => this.reorder(index, -1), '>': () => this.reorder(index, 1), '+': () => this.zoom(1.25), '-': () => this.zoom(0.8), 0: () => this.whole(),
-        Delete: () => (index >= 0 ? this.remove(index) : this.change(block(this.grid, [this.cursor], false))),
-      };
-      if (event.key in ARROW) return this.walk(ARROW[event.key], event.shiftKey ? index : -1);
-      if (event.key === 'Enter' && !onButton) { this.use(this.cursor); return true; }
-      if (/^[1-6]$/.test(event.key)) { this.pick(TOOLS[Number(event.key) - 1].name); return true; }
-      const act = acts[event.key.length === 1 ? event.key.toLowerCase() : event.key];
-      if (act) act();
-      return Boolean(act);
-    },
-    walk(by, index) {
-      const to = [this.cursor[0] + by[0], this.cursor[1] + by[1]];
-      if (!inside(this.grid, to)) return true;
-      this.$refs.board.focus({ preventScroll: true });
-      if (index >= 0) this.change(withWaypoints(this.grid, this.grid.waypoints.map((one, at) => (at === index ? to : one))));
-      this.cursor = to;
-      if (this.corner) this.box = [this.corner, to];
-      this.keepInSight();
-      return true;
-    },
-    keepInSight() {
-      const [x, y] = this.board.screen([0, 1].map((axis) => this.grid.origin[axis] + (this.cursor[axis] + 0.5) * this.grid.resolution)), edge = 30;
-      this.board.pan(Math.max(0, edge - x) - Math.max(0, x - this.board.width + edge), Math.max(0, edge - y) - Math.max(0, y - this.board.height + edge));
     },
     // -- what is seen --------------------------------------------------------------------
     zoom(factor) { this.board.zoom(factor); this.paint(); },
