@@ -118,7 +118,7 @@ def run(options: DemoOptions, console: DemoConsole) -> int:
 
 def _run_story(options: DemoOptions, story: Story, tools: Tools) -> int:
     time.sleep(DISCOVERY_S)
-    refuse_a_second_graph(story.client.node.get_node_names())
+    refuse_a_second_graph(story.client.node, simulated_time=options.speedup != 1.0)
     bag = options.out / 'bag'
     grid, settings = story.sites.shown.grid, trial_settings(options)
     seeds = range(options.seed, options.seed + options.trials)

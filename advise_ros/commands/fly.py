@@ -70,7 +70,7 @@ def run(options: FlyOptions, console: DemoConsole) -> int:
         graph = FlightGraph(options, supervisor)
         code = OK
         time.sleep(DISCOVERY_S)
-        refuse_a_second_graph(client.node.get_node_names())
+        refuse_a_second_graph(client.node, options.namespace, simulated_time=options.simulated_time)
         options.bag.parent.mkdir(parents=True, exist_ok=True)
         try:
             _fly(options, graph, supervisor, client, console)

@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from types import MappingProxyType
 
+from rclpy.node import Node
+
 from advise_ros.core.errors import InputError
 from advise_ros.core.grid.grid import Grid
 from advise_ros.demo.options import DemoOptions, free_udp_port
@@ -92,14 +94,27 @@ class DemoGraph:
         return {} if self._options.wish_file is None else {'wish_file': self._options.wish_file}
 
 
-def refuse_a_second_graph(names: list[str]) -> None:
-    """Raise when nodes of ours run in this ROS domain already: two graphs would answer each other.
+def refuse_a_second_graph(node: Node, namespace: str = '', *, simulated_time: bool = True) -> None:
+    """Raise when nodes of ours run in this namespace already: two graphs would answer each other; or two clocks in one domain.
+
+    Args:
+        node: whose discovery is asked.
+        namespace: of the graph that is to start, '' for the root.
+        simulated_time: whether it makes /clock, which all namespaces of a domain share.
 
     Raises:
         InputError: with the names and the way out.
     """
-    ours = sorted({'advise', 'policy', 'recorder', 'simulator', 'mavlink_bridge'} & set(names))
+    there = {name for name, space in node.get_node_names_and_namespaces() if space.rstrip('/') == namespace.rstrip('/')}
+    ours = sorted({'advise', 'policy', 'recorder', 'simulator', 'mavlink_bridge'} & there)
     if ours:
+        where = f'namespace {namespace.rstrip("/")}' if namespace else 'this ROS domain'
         raise InputError(
-            f'nodes named {", ".join(ours)} run in this ROS domain already; stop them, or set ROS_DOMAIN_ID to another number'
+            f'nodes named {", ".join(ours)} run in {where} already; stop them, name another --namespace of fly, '
+            'or set ROS_DOMAIN_ID to another number'
+        )
+    if simulated_time and node.count_publishers('/clock'):
+        raise InputError(
+            'somebody publishes /clock in this ROS domain already, and there can be one clock only; fly at --speedup 1, '
+            'or set ROS_DOMAIN_ID to another number'
         )
