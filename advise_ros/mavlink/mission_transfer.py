@@ -61,6 +61,7 @@ class MissionTransfer:
 
     Args:
         target: system and component.
+        own: ours; what the vehicle says to another ground station on the same link is none of this upload's.
         items: the mission.
         own_first: the vehicle keeps an item of its own, home, at number 0 (ArduPilot): what is read back there is not compared.
 
@@ -69,8 +70,8 @@ class MissionTransfer:
         sent: the highest number of an item that the vehicle asked for, plus 1.
     """
 
-    def __init__(self, target: tuple[int, int], items: Sequence[WireItem], *, own_first: bool) -> None:
-        self._target, self._items, self._own_first = target, tuple(items), own_first
+    def __init__(self, target: tuple[int, int], own: tuple[int, int], items: Sequence[WireItem], *, own_first: bool) -> None:
+        self._target, self._own, self._items, self._own_first = target, own, tuple(items), own_first
         self.phase, self.failure, self.sent = Phase.CLEAR, '', 0
         self._read: list[WireItem] = []
         self._accepted_early = False
@@ -90,8 +91,12 @@ class MissionTransfer:
         handler = self._handlers.get(message.get_type())
         if handler is None or self.over or getattr(message, 'mission_type', MISSION) != MISSION:
             return
-        if (message.get_srcSystem(), message.get_srcComponent()) == self._target:
+        if (message.get_srcSystem(), message.get_srcComponent()) == self._target and self._is_ours(message):
             handler(message)
+
+    def _is_ours(self, message: Message) -> bool:
+        """Whether it is for us; 0 is everybody."""
+        return all(to in (0, own) for to, own in zip((message.target_system, message.target_component), self._own, strict=True))
 
     def step(self, now_s: float) -> list[Message]:
         """Messages that are due at a time of the steady clock."""

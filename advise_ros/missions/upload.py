@@ -15,7 +15,7 @@ from advise_ros.missions.items import OF_THE_SEA, WAYPOINT, MissionItem, items_o
 from advise_ros.missions.mission import FlightMission
 
 # Beside the bridge (191), the recorder (192) and fly_check (193).
-COMPONENT_ID = 194
+OWN = Settings(component_id=194)
 TURN_S = 0.01
 # A heartbeat comes once a second.
 WAIT_S = 10.0
@@ -44,7 +44,7 @@ def upload(mission: FlightMission, url: str, baud: int = 115200, say: Callable[[
         InputError: the link cannot be opened, or nothing answers there.
         UploadError: it was not taken, or not as it was sent.
     """
-    link = Link(url, baud=baud, component_id=COMPONENT_ID)
+    link = Link(url, baud=baud, system_id=OWN.system_id, component_id=OWN.component_id)
     try:
         link.start()
         return _Upload(link, mission).run(say)
@@ -55,7 +55,7 @@ def upload(mission: FlightMission, url: str, baud: int = 115200, say: Callable[[
 class _Upload:
     def __init__(self, link: Link, mission: FlightMission) -> None:
         self._link, self._mission = link, mission
-        self._companion = Companion(Settings(component_id=COMPONENT_ID))
+        self._companion = Companion(OWN)
         self._transfer: MissionTransfer | None = None
 
     def run(self, say: Callable[[str], object]) -> str:
@@ -93,7 +93,7 @@ class _Upload:
             raise InputError(f'the route has {len(items)} items; vehicles keep {MOST_ITEMS} at most, leave out --every-cell')
         target = self._companion.vehicle.target
         assert target is not None
-        return MissionTransfer(target, items, own_first=own_first)
+        return MissionTransfer(target, (OWN.system_id, OWN.component_id), items, own_first=own_first)
 
     @property
     def _status(self) -> Status:

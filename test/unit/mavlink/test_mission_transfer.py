@@ -57,7 +57,7 @@ class Line:
 
 
 def transfer(kind: str, items: list[WireItem] = ITEMS) -> MissionTransfer:
-    return MissionTransfer((1, 1), items, own_first=kind == 'ardupilot')
+    return MissionTransfer((1, 1), GROUND, items, own_first=kind == 'ardupilot')
 
 
 @pytest.mark.parametrize('kind', KINDS)
@@ -111,9 +111,19 @@ def test_what_comes_back_otherwise_is_no_success() -> None:
     assert done.phase is Phase.FAILED and 'do not fly it' in done.failure
 
 
+def test_what_another_ground_station_is_told_is_not_ours() -> None:
+    line = Line('px4')
+    mine = line.serve(transfer('px4'), until=lambda one: one.phase is Phase.READ)
+    read = dialect.MAVLink_mission_item_int_message(254, 190, 0, 0, WAYPOINT, 0, 1, 0, 0, 0, 0, 473977000, 85456009, 0.0, 0)
+    line.deliver(mine, read)
+    line.deliver(mine, dialect.MAVLink_mission_ack_message(254, 190, dialect.MAV_MISSION_DENIED))
+    assert mine.phase is Phase.READ
+    assert line.serve(mine).phase is Phase.DONE
+
+
 def test_without_a_reply_it_ends_and_says_what_did_not_come() -> None:
     line = Line('px4', loss=0.66)
-    silent = MissionTransfer((1, 1), ITEMS, own_first=False)
+    silent = MissionTransfer((1, 1), GROUND, ITEMS, own_first=False)
     turns = 0
     while not silent.over:
         silent.step(line.now_s)
