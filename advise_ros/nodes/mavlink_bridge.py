@@ -35,7 +35,7 @@ from advise_ros.nodes.guard import (
     set_rate,
     with_speeds,
 )
-from advise_ros.ros import diagnostics, qos, run
+from advise_ros.ros import diagnostics, parameters, qos, run
 from advise_ros.ros.autopilot_clock import ClockPublisher
 from advise_ros.ros.change_log import ChangeLog, GuardLog, VehicleLog
 from advise_ros.ros.managed import ManagedNode
@@ -118,10 +118,12 @@ class MavlinkBridge(ManagedNode):
         self._companion = Companion(self._settings())
         self._companion.rest(f'{self.get_fully_qualified_name()} is inactive', time.monotonic())
         self._vehicle_publisher.forget()
-        self._link = Link(
-            self.config.url, baud=self.config.baud, system_id=self.config.system_id,
-            component_id=self.config.component_id, key=optional_key(self.config.signing_key_file), wake=self._wake_up,
-        )
+        key = optional_key(self.config.signing_key_file)
+        with parameters.blamed('url'):
+            self._link = Link(
+                self.config.url, baud=self.config.baud, system_id=self.config.system_id,
+                component_id=self.config.component_id, key=key, wake=self._wake_up,
+            )
         self._started = False
         self.listen(TwistStamped, 'cmd_vel', self._on_command, qos.COMMAND)
         set_rate(self._tick, self.config.rate_hz)

@@ -25,7 +25,7 @@ from advise_ros.recording.batch import ReadTask, demonstrations_in
 from advise_ros.recording.gridfile import load_place
 from advise_ros.recording.mavlink_listener import COMPONENT_ID, MavlinkListener
 from advise_ros.recording.topics import BagTopics
-from advise_ros.ros import convert, diagnostics, qos, run
+from advise_ros.ros import convert, diagnostics, parameters, qos, run
 from advise_ros.ros.configured import ConfiguredNode
 from advise_ros.ros.diagnostics import Diagnostics
 from advise_ros.ros.paths import demonstrated_path
@@ -109,7 +109,8 @@ class RecorderNode(ConfiguredNode):
         self.create_subscription(msg.FlightStatus, POLICY_TOPIC, self._on_policy, qos.latched())
 
     def _open_mavlink(self) -> None:
-        self._link = Link(self.config.mavlink_url, component_id=COMPONENT_ID)
+        with parameters.blamed('mavlink_url'):
+            self._link = Link(self.config.mavlink_url, component_id=COMPONENT_ID)
         simulated = bool(self.get_parameter('use_sim_time').value)
         self._listener = MavlinkListener(self._link, self._recorder, simulated=simulated)
         self._link.start()

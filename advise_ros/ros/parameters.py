@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import Field, fields
 from typing import Any, TypeVar
 
@@ -10,6 +11,7 @@ from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescri
 from rclpy.node import Node
 
 from advise_ros import config
+from advise_ros.core.errors import InputError
 from advise_ros.ros import introspection, params_files, qos_overrides
 
 ConfigT = TypeVar('ConfigT')
@@ -73,6 +75,19 @@ def _meant_for_others(node: Node, own: set[str]) -> set[str]:
     general = {key for file in _files for entry in file.fitting(name) if entry.general for key in entry.values}
     of_others = {spec.name for config_class in config.NODES.values() for spec in fields(config_class)}
     return (general & of_others) - own
+
+
+@contextmanager
+def blamed(name: str) -> Iterator[None]:
+    """What is wrong within is wrong with this parameter.
+
+    Raises:
+        InputError: the one from within, with the parameter's name before it.
+    """
+    try:
+        yield
+    except InputError as problem:
+        raise InputError(f"parameter '{name}': {problem}") from problem
 
 
 def as_text(values: object) -> dict[str, str]:
