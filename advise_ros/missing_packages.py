@@ -12,6 +12,7 @@ from pathlib import Path
 # Module -> the package that has it, where their names differ; requirements/app.in says what each is for.
 MODULES = {
     'sklearn': 'scikit-learn', 'serial': 'pyserial', 'mcap_ros2': 'mcap-ros2-support', 'yaml': 'pyyaml', 'ruamel': 'ruamel.yaml',
+    'PIL': 'pillow',
 } | {name: name for name in (
     'numpy', 'scipy', 'highspy', 'cvxpy', 'clarabel', 'piqp', 'qdldl', 'numba', 'joblib', 'dask', 'distributed', 'threadpoolctl',
     'pymavlink', 'mcap', 'rosbags', 'pyulog', 'pymap3d', 'fastkml', 'geojson', 'zstandard', 'lz4', 'rotorpy', 'cvxopt', 'rich',
@@ -33,8 +34,8 @@ def remedy(module: str) -> str | None:
         return f'{top} is not there: source ROS 2 Jazzy and the workspace (. install/setup.bash), or run it by ./advise'
     if top not in MODULES:
         return None
-    missing = sorted({top} | {name for name in MODULES if find_spec(name) is None})
-    names = ', '.join(MODULES[name] for name in missing)
+    missing = {top} | {name for name in MODULES if find_spec(name) is None}
+    names = ', '.join(sorted(MODULES[name] for name in missing))
     return (
         f'this Python ({sys.executable}) lacks {names}; install what advise_ros needs beside ROS into a virtual environment that '
         f"sees the system's packages: python3 -m venv --system-site-packages .venv && .venv/bin/pip install --require-hashes "

@@ -1,4 +1,4 @@
-"""A stand-in for `ros2 bag play --clock`: raw messages of a bag in their order, by the profiles that were recorded.
+"""A stand-in for `ros2 bag play --clock`: raw messages of a bag in their order, by the durability that was recorded.
 
 In place of the player's pace, it waits until its listener has counted what was sent.
 """
@@ -49,8 +49,8 @@ def play(graph: Graph, bag: Path, topics: Collection[str], keep_up: Callable[[st
 
 
 def profile(recorded: Qos) -> QoSProfile:
-    """What a player offers; the middleware does not say how publishers keep history, so recordings do not know."""
+    """What a player offers: reliable, which every reader takes, and with room for what a busy reader has not had yet."""
     return QoSProfile(
-        history=HistoryPolicy.KEEP_LAST, depth=recorded.depth or 1000,
-        reliability=ReliabilityPolicy(recorded.reliability.value), durability=DurabilityPolicy(recorded.durability.value),
+        history=HistoryPolicy.KEEP_LAST, depth=max(recorded.depth, 1000),
+        reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy(recorded.durability.value),
     )

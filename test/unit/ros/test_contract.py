@@ -142,6 +142,8 @@ def test_package_xml_and_requirements_name_all_that_is_imported() -> None:
     required = set(re.findall(r'^([a-z0-9-]+)', (ROOT / 'requirements' / 'app.in').read_text(encoding='utf-8'), re.MULTILINE))
     # pytest imports its plugin itself; mcap, scikit-learn, nicegui and fastkml bring the others along.
     brought = {'pytest', 'zstandard', 'lz4', 'threadpoolctl', 'fastapi', 'pygeoif'}
-    on_pypi_as = {'sklearn': 'scikit-learn', 'yaml': 'pyyaml', 'serial': 'pyserial', 'mcap_ros2': 'mcap-ros2-support'}
+    on_pypi_as = {
+        'sklearn': 'scikit-learn', 'yaml': 'pyyaml', 'serial': 'pyserial', 'mcap_ros2': 'mcap-ros2-support', 'PIL': 'pillow',
+    }
     needed = imported_packages() - brought
     assert {name for name in needed if name not in declared and on_pypi_as.get(name, name) not in required} == set()
