@@ -5,11 +5,13 @@
 # Set-up by a certain Python: make PYTHON=python3.12 setup
 PYTHON ?=
 # Options of the demo by name, e.g. make demo EXPERT=human SEED=3; see ./advise demo --help.
+# Two flights are few: with other seeds the garden may be entered once more, and the demo says so.
+SEED = 2
 DEMO_OPTIONS = EXPERT SEED FLIGHTS ANSWERS TRIALS SPEEDUP GRID OTHER_GRID WISH PARAMS_FILE OUT
 lower = $(subst _,-,$(shell echo '$(1)' | tr A-Z a-z))
 # A value as one word of the shell, whatever it holds.
 quoted = '$(subst ','\'',$(1))'
-demo_arguments = $(foreach name,$(DEMO_OPTIONS),$(if $(filter command%,$(origin $(name))),--$(call lower,$(name)) $(call quoted,$($(name))))) $(ARGS)
+demo_arguments = $(foreach name,$(DEMO_OPTIONS),$(if $(filter command% file,$(origin $(name))),--$(call lower,$(name)) $(call quoted,$($(name))))) $(ARGS)
 # More arguments of pytest: make test ARGS='-k grid'
 ARGS ?=
 
