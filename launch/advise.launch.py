@@ -14,7 +14,7 @@ missing stops the launch before anything starts. A node of the flight that fails
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +25,8 @@ from launch.actions import DeclareLaunchArgument, LogInfo, OpaqueFunction, Shutd
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
+
+from advise_ros.ros import params_files
 
 CONFIG = Path(get_package_share_directory('advise_ros')) / 'config'
 DEFAULT_GRID, DEFAULT_PARAMETERS = str(CONFIG / 'grid_6x6.yaml'), str(CONFIG / 'advise.yaml')
@@ -237,27 +239,9 @@ def _parameters_of(name: str, given: dict[str, str]) -> Iterator[tuple[str, Any]
     except (OSError, UnicodeDecodeError, yaml.YAMLError) as problem:
         first = ' '.join(str(problem).split())
         raise RuntimeError(f'params_file {given["params_file"]} cannot be read: {first}') from None
-    for pattern, entry in _flat(tree if isinstance(tree, Mapping) else {}):
-        if _fits(full_name.split('/'), pattern.strip('/').split('/')):
-            yield from entry.items()
-
-
-def _flat(tree: Mapping[Any, Any], above: str = '') -> Iterator[tuple[str, Mapping[str, Any]]]:
-    """Pattern of node names -> parameters; namespaces may be keys above the nodes."""
-    for key, entry in tree.items():
-        if key == 'ros__parameters':
-            yield above, entry or {}
-        elif isinstance(entry, Mapping):
-            yield from _flat(entry, f'{above}/{key}'.replace('//', '/'))
-
-
-def _fits(name: list[str], pattern: list[str]) -> bool:
-    """As rcl does it: * stands for one part, ** for any number of them."""
-    if not pattern:
-        return not name
-    if pattern[0] == '**':
-        return any(_fits(name[start:], pattern[1:]) for start in range(len(name) + 1))
-    return bool(name) and pattern[0] in ('*', name[0]) and _fits(name[1:], pattern[1:])
+    for entry in params_files.entries(tree):
+        if params_files.fits(full_name, entry.key):
+            yield from entry.values.items()
 
 
 def graph(context: LaunchContext) -> list[Node]:

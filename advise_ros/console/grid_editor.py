@@ -18,8 +18,9 @@ from advise_ros.core.errors import InputError
 from advise_ros.core.grid.grid import Grid
 from advise_ros.core.grid.obstacles import OCCUPIED
 from advise_ros.core.grid.raster import TOUCH, Raster, on_cells
+from advise_ros.core.planning.rollout import shortest_route
 from advise_ros.recording.gridfile import grid_from_mapping, grid_from_text, load_mapping, place_from_mapping
-from advise_ros.recording.gridtext import canonical, grid_text, write_new
+from advise_ros.recording.gridtext import are_cells, canonical, grid_text, write_new
 from advise_ros.recording.picturefile import GroundPicture, corners_from_text
 from advise_ros.recording.place import Place
 
@@ -112,7 +113,7 @@ class GridEditor:
             grid = self._loaded(given['values'])
         except InputError as problem:
             return {'ok': False, 'message': str(problem), **seen}
-        steps = _shortest(grid)
+        steps = shortest_route(grid, grid.start_state())
         return {'ok': True, 'message': '', 'steps': steps, 'metres': steps * grid.resolution_m, **seen}
 
     def save(self, given: Mapping[str, Any]) -> Reply:
@@ -210,32 +211,17 @@ def _drawable(path: Path) -> dict[str, Any]:
     try:
         grid_from_mapping({**values, **ANY_ROUTE})
         for key in ('waypoints', 'blocked'):
-            if not _are_cells(values.get(key) or []):
+            if not are_cells(values.get(key) or []):
                 grid_from_mapping(values)
     except InputError as problem:
         raise InputError(f'grid file {path}: {problem}') from None
     return {**values, 'blocked': values.get('blocked') or []}
 
 
-def _are_cells(value: object) -> bool:
-    return isinstance(value, list) and all(
-        isinstance(cell, list) and len(cell) == 2 and all(type(number) is int for number in cell) for cell in value
-    )
-
-
 def _round_number(value: float) -> float:
     """1, 2 or 5 times a power of ten, at most the value."""
     power = 10.0 ** math.floor(math.log10(value))
     return float(f'{max(one for one in (1, 2, 5) if one * power <= value * (1 + 1e-9)) * power:.3g}')
-
-
-def _shortest(grid: Grid) -> int:
-    """Moves of the round over all waypoints from the last one."""
-    at, steps = grid.waypoints[-1], 0
-    for goal in grid.waypoints:
-        steps += grid.distances_to(goal)[at]
-        at = goal
-    return steps
 
 
 def _has_comments(text: str) -> bool:

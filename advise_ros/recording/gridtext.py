@@ -48,12 +48,16 @@ def _real(value: Any) -> Any:
     return float(value) if type(value) is int else value
 
 
+def are_cells(value: Any) -> bool:
+    """Whether a value is a list of [x, y] in whole numbers."""
+    return isinstance(value, list) and all(
+        isinstance(cell, list) and len(cell) == 2 and all(type(number) is int for number in cell) for cell in value
+    )
+
+
 def _sorted(cells: Any) -> Any:
     """By rows, each once; what is no list of cells as it is."""
-    whole = isinstance(cells, list) and all(
-        isinstance(cell, list) and len(cell) == 2 and all(type(number) is int for number in cell) for cell in cells
-    )
-    return [[x, y] for y, x in sorted({(y, x) for x, y in cells})] if whole else cells
+    return [[x, y] for y, x in sorted({(y, x) for x, y in cells})] if are_cells(cells) else cells
 
 
 def _flow(value: object) -> str:

@@ -86,7 +86,12 @@ def _read(path: Path) -> ParamsFile | None:
         tree = yaml.safe_load(path.read_text(encoding='utf-8'))
     except (OSError, UnicodeDecodeError, yaml.YAMLError):
         return None
-    return ParamsFile(path, tuple(_entries(tree if isinstance(tree, Mapping) else {})))
+    return ParamsFile(path, tuple(entries(tree)))
+
+
+def entries(tree: Any) -> Iterator[Entry]:
+    """The entries of a file's document, in order; none of what is no mapping."""
+    yield from _entries(tree if isinstance(tree, Mapping) else {})
 
 
 def _entries(tree: Mapping[Any, Any], above: str = '') -> Iterator[Entry]:
