@@ -229,7 +229,8 @@ class MavlinkBridgeConfig(ChecksConfig):
     """/mavlink_bridge: MAVLink <-> ROS; the guard's checks hold here too."""
 
     url: str = parameter(
-        'udpin:127.0.0.1:14550', 'pymavlink connection string: udpin:, udpout:, tcp:, tcpin:, or a serial device',
+        'udpin:127.0.0.1:14550', "pymavlink connection string: udpin:, udpout:, tcp:, tcpin:, or a serial device; px4_dds:, or "
+        "px4_dds:NAMESPACE: PX4's uXRCE-DDS topics in place of MAVLink (takes the package px4_msgs)",
     )
     baud: int = parameter(115200, 'baud rate of a serial link', low=1200, high=10_000_000)
     system_id: int = parameter(1, 'our MAVLink system id', low=1, high=255)

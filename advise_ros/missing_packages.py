@@ -20,6 +20,12 @@ MODULES = {
 )}  # fmt: skip
 # What ROS itself brings: no package of ours puts it right.
 OF_ROS = ('rclpy', 'advise_msgs')
+# Messages of an autopilot, for those who fly it by its topics.
+PX4 = (
+    "px4_msgs is not there: install it for PX4's release (sudo apt install ros-jazzy-px4-msgs is of one release only; else clone "
+    'https://github.com/PX4/px4_msgs -b release/1.17 into the workspace, build it and source it), or fly by MAVLink '
+    '(url:=udpin:127.0.0.1:14540)'
+)
 LOCK = 'requirements/system-lock.txt'
 
 
@@ -30,6 +36,8 @@ def remedy(module: str) -> str | None:
         module: name of the module, as ModuleNotFoundError has it.
     """
     top = module.partition('.')[0]
+    if top == 'px4_msgs':
+        return PX4
     if top in OF_ROS:
         return f'{top} is not there: source ROS 2 Jazzy and the workspace (. install/setup.bash), or run it by ./advise'
     if top not in MODULES:

@@ -1,9 +1,10 @@
-"""The graph around one vehicle: the simulator, ArduPilot or PX4 by MAVLink, MAVROS, or ArduPilot's DDS.
+"""The graph around one vehicle: the simulator, ArduPilot or PX4 by MAVLink or by their DDS topics, or MAVROS.
 
     ros2 launch advise_ros advise.launch.py backend:=sim
     ros2 launch advise_ros advise.launch.py backend:=sim actors:=false console:=true
     ros2 launch advise_ros advise.launch.py backend:=ardupilot url:=udpin:127.0.0.1:14550 grid_file:=/path/to/grid.yaml
     ros2 launch advise_ros advise.launch.py backend:=mavros namespace:=drone1 bag:=/tmp/session
+    ros2 launch advise_ros advise.launch.py backend:=px4_dds url:=px4_dds:/px4_1
     ros2 launch advise_ros advise.launch.py backend:=ardupilot_dds dds_prefix:=ap/v1
     ros2 launch advise_ros advise.launch.py backend:=own pose_topic:=odometry/pose command_topic:=cmd_vel_checked
 
@@ -36,6 +37,7 @@ CARRIERS = {
     'sim': ('simulator', 'mavlink_bridge'),
     'ardupilot': ('mavlink_bridge',),
     'px4': ('mavlink_bridge',),
+    'px4_dds': ('mavlink_bridge',),
     'mavros': ('guard',),
     'ardupilot_dds': ('guard',),
     'own': ('guard',),
@@ -46,7 +48,7 @@ MANAGED = ('policy', 'guard', 'mavlink_bridge')
 PLAN_WAYS = (*LEARNERS, *ACTORS)
 HAVE_A_GRID = ('mavlink_bridge', 'guard', *PLAN_WAYS, 'console')
 
-URLS = {'sim': 'udpin:127.0.0.1:14550', 'ardupilot': 'udpin:127.0.0.1:14550', 'px4': 'udpin:127.0.0.1:14540'}
+URLS = {'sim': 'udpin:127.0.0.1:14550', 'ardupilot': 'udpin:127.0.0.1:14550', 'px4': 'udpin:127.0.0.1:14540', 'px4_dds': 'px4_dds:'}
 
 # Backend without our bridge -> the topic of its position and that of its commands. Commands reach it through the guard only.
 FOREIGN_TOPICS = {
@@ -77,7 +79,7 @@ ARGUMENTS = (
     ),
     DeclareLaunchArgument('site_map_out', default_value='', description='keeps what is learnt of the site; empty: none'),
     DeclareLaunchArgument(
-        'url', default_value='', description='MAVLink connection; empty: of the parameter file, or the usual one of the backend',
+        'url', default_value='', description='connection of mavlink_bridge; empty: of the parameter file, or the usual one of the backend',
     ),
     DeclareLaunchArgument(
         'use_sim_time', default_value='', choices=['', 'true', 'false'], description='empty: true with backend sim only',

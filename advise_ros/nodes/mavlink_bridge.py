@@ -13,6 +13,7 @@ from rclpy.clock import Clock, ClockType
 from std_srvs.srv import Trigger
 
 from advise_ros.config import MavlinkBridgeConfig
+from advise_ros.core.errors import InputError
 from advise_ros.core.guard import rules
 from advise_ros.core.units import MAP_FRAME, ZERO
 from advise_ros.mavlink.companion import Companion, Settings, Status
@@ -39,6 +40,7 @@ from advise_ros.ros import diagnostics, parameters, qos, run
 from advise_ros.ros.autopilot_clock import ClockPublisher
 from advise_ros.ros.change_log import ChangeLog, GuardLog, VehicleLog
 from advise_ros.ros.managed import ManagedNode
+from advise_ros.ros.px4_link import SCHEME, Px4Link
 from advise_ros.ros.simulated_clock import REMEDY
 from advise_ros.ros.vehicle_publisher import STATUS_PERIOD_S, VehiclePublisher
 
@@ -61,6 +63,9 @@ class MavlinkBridge(ManagedNode):
     nothing. `vehicle_status` shows the progress and the owner. `mavlink_bridge/stop` holds the vehicle at zero velocity until
     `mavlink_bridge/release` (std_srvs/Trigger).
 
+    `url:=px4_dds:` flies a PX4 by its uXRCE-DDS topics (`fmu/out/...`, `fmu/in/...`) instead, with all of this; that takes
+    px4_msgs of the firmware's release, and `px4_dds:/px4_1` if its client has a namespace.
+
     A managed node: to deactivate it in flight makes an ArduPilot stand in GUIDED and a PX4 hold (only take_over
     leads back from there). While it is inactive it publishes the vehicle's state, lands it and disarms it when
     asked, and sends nothing else. Cleaning it up closes the link.
@@ -77,7 +82,7 @@ class MavlinkBridge(ManagedNode):
         self._monitor = monitor_of(self.config, self._limits, lifts=True)
         self._altitude_m = 0.0
         self._companion = Companion(self._settings())
-        self._link: Link | None = None
+        self._link: Link | Px4Link | None = None
         self._started = False
         self._changes = ChangeLog(self.get_logger())
         self._vehicle_log, self._guard_log = VehicleLog(self._changes), GuardLog(self._changes)
@@ -118,16 +123,25 @@ class MavlinkBridge(ManagedNode):
         self._companion = Companion(self._settings())
         self._companion.rest(f'{self.get_fully_qualified_name()} is inactive', time.monotonic())
         self._vehicle_publisher.forget()
-        key = optional_key(self.config.signing_key_file)
-        with parameters.blamed('url'):
-            self._link = Link(
-                self.config.url, baud=self.config.baud, system_id=self.config.system_id,
-                component_id=self.config.component_id, key=key, wake=self._wake_up,
-            )
+        self._link = self._open_link()
         self._started = False
         self.listen(TwistStamped, 'cmd_vel', self._on_command, qos.COMMAND)
         set_rate(self._tick, self.config.rate_hz)
         self._tick.reset()
+
+    def _open_link(self) -> Link | Px4Link:
+        config = self.config
+        key = optional_key(config.signing_key_file)
+        with parameters.blamed('url'):
+            if not config.url.startswith(SCHEME):
+                return Link(
+                    config.url, baud=config.baud, system_id=config.system_id, component_id=config.component_id, key=key,
+                    wake=self._wake_up,
+                )
+            if key is not None:
+                raise InputError(f"'{config.url}' is signed by nobody: MAVLink is; leave signing_key_file empty, or fly by MAVLink")
+            source = config.system_id, config.component_id
+            return Px4Link(self, config.url, source=source, pose_rate_hz=config.pose_rate_hz, wake=self._on_link)
 
     def changed(self, names: frozenset[str]) -> None:
         self._limits = with_speeds(self._limits, self.config)
@@ -171,7 +185,7 @@ class MavlinkBridge(ManagedNode):
                 self._take(self._link, received)
             self._step(self._link, time.monotonic())
 
-    def _take(self, link: Link, received: Received) -> None:
+    def _take(self, link: Link | Px4Link, received: Received) -> None:
         vehicle, bounds = self._companion.vehicle, self._companion.timesync.bounds
         motion, battery, text = vehicle.motion, vehicle.battery, vehicle.text
         if not self._companion.observe(received.message, received.at_s, received.source):
@@ -194,7 +208,7 @@ class MavlinkBridge(ManagedNode):
         self._vehicle_publisher.pose(motion, attitude)
         self.diagnostics.tick('pose')
 
-    def _step(self, link: Link, now_s: float) -> None:
+    def _step(self, link: Link | Px4Link, now_s: float) -> None:
         self._transmit(self._companion.step(now_s, link.problem or link.doubt))
         self._requests.answer()
         status = self._companion.status(now_s)
@@ -275,7 +289,7 @@ class MavlinkBridge(ManagedNode):
         return f'{problem}; {REMEDY}' if (problem := self._vehicle_publisher.simulated_clock.problem(now_s)) else ''
 
     # -- diagnostics -------------------------------------------------------------------------
-    def _diagnose(self, link: Link) -> None:
+    def _diagnose(self, link: Link | Px4Link) -> None:
         status, now_s = self._vehicle_publisher.status, time.monotonic()
         if status is None or ((status, self._reason) == self._diagnosed and now_s - self._diagnosed_s < STATUS_PERIOD_S):
             return

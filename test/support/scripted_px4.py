@@ -108,13 +108,23 @@ class ScriptedPx4(ScriptedCopter):
         before, answers = self.velocity_ned, super().receive(message)
         fields = message.x, message.y, message.z, message.vx, message.vy, message.vz
         assert all(math.isfinite(value) for value in fields)
+        self.live()
+        self.velocity_ned = before
+        self.aim([None if message.type_mask & 1 << axis else fields[axis] for axis in range(3)], fields[3:])
+        return answers
+
+    def live(self) -> None:
+        """A sign of life: OFFBOARD may go on."""
         if not self.streaming:
             self.stream_began_s = self.time_s
         self.streamed_s = self.time_s
-        self.place_ned = [None if message.type_mask & 1 << axis else fields[axis] for axis in range(3)]
-        flown = [fields[3 + axis] if place is None else before[axis] for axis, place in enumerate(self.place_ned)]
+
+    def aim(self, place_ned: list[float | None], velocity_ned: tuple[float, ...]) -> None:
+        """Fly to a place on the axes that have one, by a velocity on the others."""
+        self.place_ned = place_ned
+        before = self.velocity_ned
+        flown = [velocity_ned[axis] if place is None else before[axis] for axis, place in enumerate(place_ned)]
         self.velocity_ned = flown[0], flown[1], flown[2]
-        return answers
 
     def _obey(self, number: int, message: Any) -> int:
         if number == mav.CMD_SET_MODE:
