@@ -48,7 +48,10 @@ MANAGED = ('policy', 'guard', 'mavlink_bridge')
 PLAN_WAYS = (*LEARNERS, *ACTORS)
 HAVE_A_GRID = ('mavlink_bridge', 'guard', *PLAN_WAYS, 'console')
 
-URLS = {'sim': 'udpin:127.0.0.1:14550', 'ardupilot': 'udpin:127.0.0.1:14550', 'px4': 'udpin:127.0.0.1:14540', 'px4_dds': 'px4_dds:'}
+URLS = {
+    'sim': 'udpin:127.0.0.1:14550', 'ardupilot': 'udpin:127.0.0.1:14550', 'px4': 'udpin:127.0.0.1:14540',
+    'px4_dds': 'px4_dds:',
+}
 
 # Backend without our bridge -> the topic of its position and that of its commands. Commands reach it through the guard only.
 FOREIGN_TOPICS = {
@@ -79,7 +82,8 @@ ARGUMENTS = (
     ),
     DeclareLaunchArgument('site_map_out', default_value='', description='keeps what is learnt of the site; empty: none'),
     DeclareLaunchArgument(
-        'url', default_value='', description='connection of mavlink_bridge; empty: of the parameter file, or the usual one of the backend',
+        'url', default_value='',
+        description='connection of mavlink_bridge; empty: of the parameter file, or the usual one of the backend',
     ),
     DeclareLaunchArgument(
         'use_sim_time', default_value='', choices=['', 'true', 'false'], description='empty: true with backend sim only',

@@ -6,6 +6,7 @@ import argparse
 import re
 import time
 from dataclasses import dataclass
+from importlib.util import find_spec
 from pathlib import Path
 
 from advise_ros.command_line import CommandParser
@@ -15,7 +16,9 @@ from advise_ros.core.errors import InputError
 from advise_ros.core.grid.grid import Grid
 from advise_ros.demo.options import check_parameters, free_udp_port, node_config, share
 from advise_ros.demo.out import refuse_a_full_disk
+from advise_ros.mavlink.px4_topics import SCHEME, prefix_of
 from advise_ros.mavlink.transport import make_transport
+from advise_ros.missing_packages import remedy
 from advise_ros.recording.gridfile import load_grid
 from advise_ros.recording.sitefile import begin_site
 from advise_ros.recording.wishfile import load_wish
@@ -31,6 +34,7 @@ EXAMPLES = """examples:
   ./advise fly --vehicle px4                       a simulated PX4 in place of ArduCopter
   ./advise fly --connect udpin:127.0.0.1:14550     a vehicle or a SITL, whichever sends there
   ./advise fly --connect --vehicle px4             the same where PX4's SITL sends to
+  ./advise fly --connect px4_dds:                  a PX4 by its uXRCE-DDS topics (takes px4_msgs)
   ./advise fly --site-map garden_site.yaml         keep what is learnt of the site, and go on from it next time
 
 Next: open the page, take off, fly by hand, answer. Ctrl-C ends all of it in order; the vehicle stands or holds, and the bag
@@ -92,7 +96,7 @@ def parser() -> argparse.ArgumentParser:
     )
     add = made.add_argument
     add('--connect', nargs='?', const='', metavar='URL', help='fly this vehicle in place of the simulator: udpin:HOST:PORT, '
-        'udpout:HOST:PORT, tcp:HOST:PORT or a serial device; no URL: where the SITL of --vehicle sends to')
+        'udpout:HOST:PORT, tcp:HOST:PORT, a serial device or px4_dds:; no URL: where the SITL of --vehicle sends to')
     add('--vehicle', choices=sorted(URLS), default='', help='autopilot; default: the one that sends heartbeats, or ardupilot')
     add('--grid', type=Path, default=share('grid_demo.yaml'), metavar='FILE', help='grid and waypoints (default %(default)s)')
     add('--bag', type=Path, metavar='DIR', help='new directory to record into (default out/fly-DATE-TIME)')
@@ -169,6 +173,11 @@ def _namespace(given: str) -> str:
 
 def _check_url(url: str) -> None:
     try:
+        if url.startswith(SCHEME):
+            prefix_of(url)
+            if find_spec('px4_msgs') is None:
+                raise InputError(f'{remedy("px4_msgs")}')
+            return
         transport = make_transport(url, BAUD)
         transport.open()
         transport.close()

@@ -7,12 +7,16 @@ and nothing of them exists twice. NED and FRD stay as they are: `vehicle.py` cha
 from __future__ import annotations
 
 import math
+import re
 from typing import Any
 
+from advise_ros.core.errors import InputError
 from advise_ros.mavlink import messages as mav
 from advise_ros.mavlink.current_mode import CurrentMode
 from advise_ros.mavlink.messages import Message, dialect
 
+SCHEME = 'px4_dds:'
+PREFIX = re.compile(r'/?([A-Za-z_][A-Za-z0-9_]*/)*')
 US_PER_MS, US_PER_S = 1000, 1_000_000
 ARMED = 2
 # VehicleStatus.nav_state -> custom_mode of a heartbeat (main << 16 | sub << 24).
@@ -33,6 +37,33 @@ KEPT_S = 6.0
 # Of ESTIMATOR_STATUS: attitude, velocity in plan and in height, position in plan (relative, absolute) and in height.
 ATTITUDE, VELOCITY, CLIMB, PLAN, PLAN_ABSOLUTE, HEIGHT = 0x001, 0x002, 0x004, 0x008, 0x010, 0x020
 _PLACE, _SPEED, _NO_YAW, _NO_YAW_RATE = (0x001, 0x002, 0x004), (0x008, 0x010, 0x020), 0x400, 0x800
+
+
+def topic(name: str, kind: type) -> str:
+    """A topic's name as PX4 gives it: with the version of its message, if that has one.
+
+    Args:
+        name: without its version.
+        kind: its message.
+    """
+    version = getattr(kind, 'MESSAGE_VERSION', 0)
+    return f'{name}_v{version}' if version else name
+
+
+def prefix_of(url: str) -> str:
+    """What the topics begin with.
+
+    Args:
+        url: px4_dds: or px4_dds:NAMESPACE, as PX4's client was started with.
+
+    Raises:
+        InputError: it is no namespace.
+    """
+    given = url.removeprefix(SCHEME)
+    prefix = f'{given.rstrip("/")}/' if given.strip('/') else ''
+    if not PREFIX.fullmatch(prefix):
+        raise InputError(f"url is '{url}'; behind {SCHEME} it takes the namespace of PX4's topics, as px4_dds:/px4_1, or nothing")
+    return prefix
 
 
 class TopicReader:

@@ -19,6 +19,7 @@ from advise_ros.core.units import MAP_FRAME, ZERO
 from advise_ros.mavlink.companion import Companion, Settings, Status
 from advise_ros.mavlink.link import Link, Received
 from advise_ros.mavlink.messages import Message
+from advise_ros.mavlink.px4_topics import SCHEME
 from advise_ros.mavlink.requests import Goal, GoalRequest
 from advise_ros.mavlink.signing import optional_key
 from advise_ros.mavlink.stamps import NS_PER_MS
@@ -39,8 +40,9 @@ from advise_ros.nodes.guard import (
 from advise_ros.ros import diagnostics, parameters, qos, run
 from advise_ros.ros.autopilot_clock import ClockPublisher
 from advise_ros.ros.change_log import ChangeLog, GuardLog, VehicleLog
+from advise_ros.ros.last_word import before_the_end
 from advise_ros.ros.managed import ManagedNode
-from advise_ros.ros.px4_link import SCHEME, Px4Link
+from advise_ros.ros.px4_link import Px4Link
 from advise_ros.ros.simulated_clock import REMEDY
 from advise_ros.ros.vehicle_publisher import STATUS_PERIOD_S, VehiclePublisher
 
@@ -139,7 +141,8 @@ class MavlinkBridge(ManagedNode):
                     wake=self._wake_up,
                 )
             if key is not None:
-                raise InputError(f"'{config.url}' is signed by nobody: MAVLink is; leave signing_key_file empty, or fly by MAVLink")
+                raise InputError(f"it is '{config.url}', and only MAVLink is signed: leave signing_key_file empty or fly by that")
+            before_the_end(self._farewell)
             source = config.system_id, config.component_id
             return Px4Link(self, config.url, source=source, pose_rate_hz=config.pose_rate_hz, wake=self._on_link)
 
@@ -316,8 +319,11 @@ class MavlinkBridge(ManagedNode):
 
     def close(self) -> None:
         """A vehicle that we fly stands (ArduPilot) or holds (PX4) when we leave."""
-        self._transmit(self._companion.farewell(time.monotonic()))
+        self._farewell()
         self._close_link()
+
+    def _farewell(self) -> None:
+        self._transmit(self._companion.farewell(time.monotonic()))
 
 
 def main() -> None:

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from importlib import import_module
 from typing import Any
 
+import rclpy
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 
@@ -18,8 +19,6 @@ from advise_ros.mavlink.link import Received
 from advise_ros.mavlink.messages import Message
 from advise_ros.missing_packages import remedy
 
-SCHEME = 'px4_dds:'
-PREFIX = re.compile(r'/?([A-Za-z_][A-Za-z0-9_]*/)*')
 # PX4 publishes best effort and transient local, and reads best effort and volatile.
 FROM_PX4 = QoSProfile(
     history=HistoryPolicy.KEEP_LAST, depth=20, reliability=ReliabilityPolicy.BEST_EFFORT, durability=DurabilityPolicy.VOLATILE,
@@ -42,33 +41,6 @@ MAY_MISS = ('battery_status', 'vehicle_command_ack')
 LOOK_S, SILENT_S = 1.0, 3.0
 
 
-def topic(name: str, kind: type) -> str:
-    """A topic's name as PX4 gives it: with the version of its message, if that has one.
-
-    Args:
-        name: without its version.
-        kind: its message.
-    """
-    version = getattr(kind, 'MESSAGE_VERSION', 0)
-    return f'{name}_v{version}' if version else name
-
-
-def prefix_of(url: str) -> str:
-    """What the topics begin with.
-
-    Args:
-        url: px4_dds: or px4_dds:NAMESPACE, as PX4's client was started with.
-
-    Raises:
-        InputError: it is no namespace.
-    """
-    given = url.removeprefix(SCHEME)
-    prefix = f'{given.rstrip("/")}/' if given.strip('/') else ''
-    if not PREFIX.fullmatch(prefix):
-        raise InputError(f"url is '{url}'; behind {SCHEME} it takes the namespace of PX4's topics, as px4_dds:/px4_1, or nothing")
-    return prefix
-
-
 class Px4Link:
     """Subscribes to what PX4 publishes and publishes what it subscribes to; what is passed on is MAVLink's (see px4_topics).
 
@@ -77,7 +49,7 @@ class Px4Link:
 
     Args:
         node: whose namespace a relative prefix is in.
-        url: see `prefix_of`.
+        url: see `px4_topics.prefix_of`.
         source: our system and component id.
         pose_rate_hz: positions passed on a second.
         wake: called when something has come.
@@ -93,7 +65,7 @@ class Px4Link:
         self, node: Node, url: str, *, source: tuple[int, int], pose_rate_hz: float, wake: Callable[[], None],
     ) -> None:
         self._node, self._source, self._wake = node, source, wake
-        self._prefix = prefix_of(url)
+        self._prefix = px4_topics.prefix_of(url)
         try:
             self._kinds = import_module('px4_msgs.msg')
         except ModuleNotFoundError:
@@ -114,10 +86,11 @@ class Px4Link:
                 self._node.create_subscription(kind, self._out(name), self._taker(name, getattr(self._reader, name)), FROM_PX4))
         for name, kind_name in IN.items():
             kind = getattr(self._kinds, kind_name)
-            self._publishers[name] = self._node.create_publisher(kind, f'{self._prefix}fmu/in/{topic(name, kind)}', TO_PX4)
+            versioned = px4_topics.topic(name, kind)
+            self._publishers[name] = self._node.create_publisher(kind, f'{self._prefix}fmu/in/{versioned}', TO_PX4)
 
     def _out(self, name: str) -> str:
-        return f'{self._prefix}fmu/out/{topic(name, getattr(self._kinds, OUT[name]))}'
+        return f'{self._prefix}fmu/out/{px4_topics.topic(name, getattr(self._kinds, OUT[name]))}'
 
     def _taker(self, name: str, read: Callable[[Any, float], list[Message]]) -> Callable[[Any], None]:
         def take(message: Any) -> None:
@@ -151,7 +124,7 @@ class Px4Link:
 
     def _publish(self, name: str, fields: dict[str, Any]) -> None:
         publisher = self._publishers.get(name)
-        if publisher is None or publisher.get_subscription_count() == 0:
+        if publisher is None or not rclpy.ok() or publisher.get_subscription_count() == 0:
             self.unsent += 1
             return
         publisher.publish(getattr(self._kinds, IN[name])(timestamp=0, **fields))

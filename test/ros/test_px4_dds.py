@@ -43,10 +43,6 @@ def status_of(graph: Graph, predicate: Callable[[VehicleStatus], Any], **kwargs:
     return graph.wait_for('vehicle_status', VehicleStatus, predicate, qos=qos.latched(), **kwargs)
 
 
-def said(graph: Graph, words: str) -> None:
-    graph.wait_for('/diagnostics', DiagnosticArray, lambda a: any(words in s.message for s in a.status), new=True)
-
-
 def take_off(graph: Graph) -> Any:
     status_of(graph, lambda s: s.ready, new=True)
     reply = graph.call(Trigger, 'mavlink_bridge/takeoff')
@@ -61,7 +57,6 @@ def holds_a_place(px4: Any) -> bool:
 
 def test_a_whole_flight_and_another_after_it(graph: Graph, px4: Any) -> None:
     copter = px4.copter
-    px4_messages.load()
     bridge = start(graph)
     commands = take_off(graph)
     assert (copter.asked_without_stream, copter.mode) == (0, OFFBOARD)
@@ -122,38 +117,40 @@ def test_who_takes_the_mode_has_the_vehicle(graph: Graph, px4: Any) -> None:
 
 
 def test_a_position_that_is_not_to_be_trusted_moves_nothing(graph: Graph, px4: Any) -> None:
+    px4.copter.drift_ned = (0.0, 0.0, 0.0)  # It would come to the ground meanwhile.
     start(graph, takeoff_altitude_m=4.0)
+    diagnostics = graph.listen('/diagnostics', DiagnosticArray)
     commands = take_off(graph)
 
-    def flown_again() -> bool:
+    def newest() -> Any:
         commands.publish(velocity(0.3, 0.0))
-        return float(px4.setpoints[-1][0].velocity[1]) > 0.2
+        return px4.setpoints[-1][0]
 
-    def stands() -> bool:
-        commands.publish(velocity(0.3, 0.0))
-        newest = px4.setpoints[-1][0]
-        return not newest.velocity.any() and not any(map(math.isfinite, newest.position))
+    def doubted_after(trouble: Callable[[], None], words: str) -> None:
+        graph.wait_until(lambda: float(newest().velocity[1]) > 0.2, what=f'flight before: {words}')
+        before = len(diagnostics)
+        trouble()
+        graph.wait_until(
+            lambda: not newest().velocity.any() and not any(map(math.isfinite, newest().position)), what=f'a stop: {words}')
+        graph.wait_until(lambda: newest() and any(words in s.message for a in diagnostics[before:] for s in a.status), what=words)
 
-    def doubted(words: str) -> None:
-        graph.wait_until(stands, what=f'zero velocity: {words}')
-        said(graph, words)
+    def reset() -> None:
+        px4.resets += 1
 
-    graph.wait_until(flown_again, what='flight')
-    px4.resets += 1
-    doubted('the estimator was reset (number 1)')
-    graph.wait_until(flown_again, what='flight after the reset')
-    px4.valid = False
-    doubted('the estimator has no position')
-    px4.valid = True
-    graph.wait_until(flown_again, what='flight with a position')
-    px4.silent.add('vehicle_odometry')  # A reset would not be seen any more.
-    doubted('pose')
+    def trusted(*, valid: bool) -> None:
+        px4.valid = valid
+
+    def late(late_s: float) -> None:
+        px4.late_s = late_s
+
+    doubted_after(reset, 'the estimator was reset (number 1)')
+    doubted_after(lambda: trusted(valid=False), 'pose older than')
+    trusted(valid=True)
+    doubted_after(lambda: px4.silent.add('vehicle_odometry'), 'pose older than')  # A reset would not be seen any more.
     px4.silent.clear()
-    graph.wait_until(flown_again, what='flight with odometry')
-    px4.late_s = 1.5
-    doubted('late')
-    px4.late_s = 0.0
-    graph.wait_until(flown_again, what='flight when positions come in time')
+    doubted_after(lambda: late(1.5), 'late')
+    late(0.0)
+    graph.wait_until(lambda: float(newest().velocity[1]) > 0.2, what='flight when positions come in time')
     px4.silent.add('vehicle_status')
     lost = status_of(graph, lambda s: not s.connected, new=True)
     assert 'the link to the autopilot is lost' in lost.waiting_for

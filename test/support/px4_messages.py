@@ -44,7 +44,8 @@ def _build() -> None:
     work = BUILT / 'work'
     settings = [f'-D{name}={value}' for name, value in SETTINGS.items()]
     for command in (
-        ['cmake', '-S', SOURCE, '-B', work, *settings], ['cmake', '--build', work, '--parallel', '2'], ['cmake', '--install', work],
+        ['cmake', '-S', SOURCE, '-B', work, *settings], ['cmake', '--build', work, '--parallel', '2'],
+        ['cmake', '--install', work],
     ):
         done = subprocess.run([str(word) for word in command], capture_output=True, text=True, check=False)
         assert done.returncode == 0, f'{done.stdout[-3000:]}\n{done.stderr[-3000:]}'

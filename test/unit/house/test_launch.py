@@ -34,6 +34,7 @@ def with_files(tmp_path: Path) -> Path:
         ('sim', {'simulator', 'mavlink_bridge', 'pilot', 'expert'}),
         ('ardupilot', {'mavlink_bridge'}),
         ('px4', {'mavlink_bridge'}),
+        ('px4_dds', {'mavlink_bridge'}),
         ('mavros', {'guard'}),
         ('ardupilot_dds', {'guard'}),
     ],
