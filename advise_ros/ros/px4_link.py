@@ -80,6 +80,7 @@ class Px4Link:
 
     def start(self) -> None:
         """Begin to subscribe."""
+        self._came_s = dict.fromkeys(OUT, time.monotonic())
         for name, kind_name in OUT.items():
             kind = getattr(self._kinds, kind_name)
             self._subscriptions.append(
@@ -165,7 +166,7 @@ class Px4Link:
             return (
                 f'PX4 publishes {other}, and px4_msgs here is for {wanted}: build the px4_msgs of its release, or start its '
                 'translation node')
-        if wanted not in there and name not in self._came_s and name == 'vehicle_status':
+        if wanted not in there and name == 'vehicle_status':
             return f'nobody publishes {wanted}: start the agent (MicroXRCEAgent udp4 -p 8888) and uxrce_dds_client in PX4'
         if wanted not in there:
             return f'nobody publishes {wanted}: PX4 needs it in its dds_topics.yaml (as it is from 1.16 on)'
