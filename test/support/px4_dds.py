@@ -93,11 +93,17 @@ class Px4OnDds:
         self._timer = node.create_timer(TURN_S, self._turn, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
     def close(self) -> None:
+        """It falls silent for good."""
+        self._graph.in_node_thread(self._close)
+
+    def _close(self) -> None:
         self._timer.cancel()
         for publisher in self._publishers.values():
             self._node.destroy_publisher(publisher)
         for subscription in self._subscriptions:
             self._node.destroy_subscription(subscription)
+        self._publishers.clear()
+        self._subscriptions.clear()
 
     @property
     def outside_offboard(self) -> list[TrajectorySetpoint]:
