@@ -11,7 +11,10 @@ from advise_ros.core.units import NS
 NS_PER_US = 1000
 ADVISE, MAVROS, PX4 = 'advise_msgs/msg/VehicleStatus', 'mavros_msgs/msg/State', 'px4_msgs/msg/VehicleStatus'
 # Where each is looked for if no topic is named; a name without leading '/' is that of any namespace.
-STATES = ((ADVISE, 'vehicle_status'), (MAVROS, 'state'), (PX4, 'fmu/out/vehicle_status'), (PX4, 'fmu/out/vehicle_status_v1'))
+STATES = (
+    (ADVISE, 'vehicle_status'), (MAVROS, 'state'), (PX4, 'fmu/out/vehicle_status'),
+    *((PX4, f'fmu/out/vehicle_status_v{version}') for version in range(1, 5)),  # To 1.18.
+)
 # https://docs.px4.io/main/en/msg_docs/VehicleStatus.html
 PX4_ARMED = 2
 PX4_MODES = {

@@ -1,4 +1,4 @@
-"""The examples run as they stand, and say what they promise."""
+"""The examples run as they stand, and say what they promise; those that fly in test/ros/test_client_examples.py."""
 
 from __future__ import annotations
 
@@ -64,4 +64,4 @@ def test_an_acquisition_of_ones_own_asks_otherwise() -> None:
 @pytest.mark.parametrize('example', sorted(path.name for path in EXAMPLES.glob('*.py')))
 def test_the_page_lists_each_example_and_each_is_short(example: str) -> None:
     assert f'examples/{example}' in (EXAMPLES / 'README.md').read_text(encoding='utf-8')
-    assert len((EXAMPLES / example).read_text(encoding='utf-8').splitlines()) <= 30
+    assert len((EXAMPLES / example).read_text(encoding='utf-8').splitlines()) <= 45

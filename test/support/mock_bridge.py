@@ -88,6 +88,10 @@ class MockBridge:
     def _on_land(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         return self._switch(response, in_air=False)
 
+    def slow_down(self, speedup: float) -> None:
+        """Another speed from now on."""
+        self._step_s = TURN_S * speedup
+
     def _switch(self, response: Trigger.Response, *, in_air: bool) -> Trigger.Response:
         response.success, response.message = not self.refusal, self.refusal or 'accepted'
         if response.success:

@@ -117,13 +117,15 @@ def test_what_cannot_be_used_is_told(tmp_path: Path) -> None:
         read_bag(elsewhere)
 
 
-def undefined(path: Path, kind: str, size: int, flags: dict[int, int], status: tuple[int, int]) -> Path:
+def undefined(
+    path: Path, kind: str, size: int, flags: dict[int, int], status: tuple[int, int], of_version: str = '',
+) -> Path:
     """A file without definitions: messages of a size, with bytes at offsets; and one state of a size with its mode at another."""
     with path.open('wb') as stream:
         writer = McapWriter(stream)
         writer.start('ros2')
         positions = writer.register_channel('/fmu/out/vehicle_odometry', 'cdr', writer.register_schema(kind, '', b''))
-        states = writer.register_channel('/fmu/out/vehicle_status', 'cdr', writer.register_schema(STATUS, '', b''))
+        states = writer.register_channel(f'/fmu/out/vehicle_status{of_version}', 'cdr', writer.register_schema(STATUS, '', b''))
         state = bytearray(status[0])
         state[:4], state[28], state[status[1]] = b'\0\1\0\0', 2, 14
         writer.add_message(states, 0, bytes(state), 0)
@@ -148,6 +150,12 @@ def test_a_bag_without_definitions_is_read_by_the_known_layouts(
     assert (found.poses.positions_enu_m == np.stack([EAST, NORTH, UP], axis=1)).all()
     assert (found.events[0].armed, found.events[0].mode) == (True, 'OFFBOARD')
     assert f'does not define {kind}' in ' '.join(found.notes)
+
+
+@pytest.mark.parametrize('of_version', ['_v1', '_v4'])
+def test_a_state_is_known_by_the_name_that_its_version_gives_it(tmp_path: Path, of_version: str) -> None:
+    found = read_bag(undefined(tmp_path / 'flight.mcap', ODOMETRY, 118, {20: 1}, (84, 45), of_version))
+    assert (found.events[0].armed, found.events[0].mode) == (True, 'OFFBOARD')
 
 
 NEW_SETPOINT = """uint64 timestamp
