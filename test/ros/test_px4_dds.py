@@ -10,6 +10,8 @@ from typing import Any
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped, TwistStamped
+from lifecycle_msgs.msg import Transition
+from lifecycle_msgs.srv import ChangeState
 from sensor_msgs.msg import BatteryState
 from std_srvs.srv import Trigger
 
@@ -41,6 +43,11 @@ def start(graph: Graph, **params: object) -> Process:
 
 def status_of(graph: Graph, predicate: Callable[[VehicleStatus], Any], **kwargs: Any) -> VehicleStatus:
     return graph.wait_for('vehicle_status', VehicleStatus, predicate, qos=qos.latched(), **kwargs)
+
+
+def change(graph: Graph, name: str, label: str) -> bool:
+    wanted = ChangeState.Request(transition=Transition(label=label))
+    return bool(graph.call(ChangeState, f'{name}/change_state', wanted).success)
 
 
 def take_off(graph: Graph) -> Any:
@@ -108,6 +115,15 @@ def test_who_takes_the_mode_has_the_vehicle(graph: Graph, px4: Any) -> None:
     commands.publish(velocity(1.0, 0.0))
     status_of(graph, lambda s: s.mode == 'LOITER', new=True)  # A second later:
     assert (px4.signs_of_life, len(px4.setpoints)) == (alive, setpoints), 'a stream that goes on would bring OFFBOARD back'
+    assert graph.call(Trigger, 'mavlink_bridge/take_over').success
+    status_of(graph, lambda s: s.commandable, new=True)
+    assert change(graph, 'mavlink_bridge', 'deactivate')
+    graph.wait_until(lambda: px4.copter.mode == LOITER, what='a hold by a bridge that is deactivated')
+    assert change(graph, 'mavlink_bridge', 'cleanup')
+    graph.wait_until(lambda: not px4.readers, what='the end of its subscriptions')
+    for label in ('configure', 'activate'):
+        assert change(graph, 'mavlink_bridge', label)
+    status_of(graph, lambda s: s.connected and s.mode == 'LOITER', new=True)
     assert graph.call(Trigger, 'mavlink_bridge/take_over').success
     status_of(graph, lambda s: s.commandable, new=True)
     px4.copter.fail(LAND)

@@ -106,6 +106,11 @@ class Px4OnDds:
         self._subscriptions.clear()
 
     @property
+    def readers(self) -> int:
+        """How many subscriptions there are to what it publishes."""
+        return sum(publisher.get_subscription_count() for publisher in self._publishers.values())
+
+    @property
     def outside_offboard(self) -> list[TrajectorySetpoint]:
         """Setpoints that came while it flew another mode: the real one follows them."""
         return [setpoint for setpoint, mode in list(self.setpoints) if mode != OFFBOARD]

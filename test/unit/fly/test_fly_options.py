@@ -29,6 +29,8 @@ def options(*arguments: str) -> FlyOptions:
     ('--connect udpin:127.0.0.1', '--connect: .*it must be udpin:HOST:PORT'),
     ('--connect /dev/nothing', "--connect: cannot open the serial device '/dev/nothing'"),
     ('--connect udpin:127.0.0.1:0', 'with a port from 1 to 65535'),
+    ('--connect px4_dds:udp:8888', '--connect: url is .*; behind px4_dds: it takes the namespace'),
+    ('--connect px4_dds:', '--connect: px4_msgs is not there: install it'),
     ('--connect --actors', '--actors is for the simulator; leave it out, or --connect'),
     ('--connect --speedup 5', '--speedup is for the simulator'),
     ('--namespace 1drone', "--namespace is '1drone'; it takes letters, digits and _"),
