@@ -1,4 +1,4 @@
-"""px4_msgs for tests: test/px4_msgs, built once and again when a definition changes.
+"""px4_msgs for tests: test/px4_definitions, built once and again when a definition changes.
 
 The product has none: px4_msgs is the user's.
 """
@@ -16,7 +16,7 @@ from pathlib import Path
 
 from support.paths import ROOT
 
-SOURCE, BUILT = ROOT / 'test' / 'px4_msgs', ROOT / 'build' / 'test_px4_msgs'
+SOURCE, BUILT = ROOT / 'test' / 'px4_definitions', ROOT / 'build' / 'test_px4_msgs'
 PREFIX = BUILT / 'install'
 # Debug information and optimising are half of the time; nothing here is in a hurry.
 SETTINGS = {

@@ -28,7 +28,7 @@ HASHES = {
     'VehicleOdometry': '4295b96ad312084aa35c84bdcec65ba2f57eb4f6a293d57d52d95acbe99ff817',
     'VehicleStatus': '828bddbb7d4c2aa6ad93757955f6893be1ec5d8f11885ec7715bcdd76b5226c9',
 }
-DEFINITIONS = sorted((ROOT / 'test' / 'px4_msgs' / 'msg').glob('*.msg'))
+DEFINITIONS = sorted((ROOT / 'test' / 'px4_definitions' / 'msg').glob('*.msg'))
 US = 1_000_000
 
 
