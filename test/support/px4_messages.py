@@ -9,6 +9,7 @@ import ctypes
 import fcntl
 import hashlib
 import os
+import shutil
 import subprocess
 import sys
 from collections.abc import Mapping
@@ -42,6 +43,7 @@ def prefix() -> Path:
 
 def _build() -> None:
     work = BUILT / 'work'
+    shutil.rmtree(work, ignore_errors=True)  # Of other definitions, or of a checkout that was elsewhere.
     settings = [f'-D{name}={value}' for name, value in SETTINGS.items()]
     for command in (
         ['cmake', '-S', SOURCE, '-B', work, *settings], ['cmake', '--build', work, '--parallel', '2'],
