@@ -20,6 +20,7 @@ from advise_ros.core.learning.session import Session
 from advise_ros.core.site.prior import SitePrior
 from advise_ros.nodes.route_grid import grid_of
 from advise_ros.recording.demofile import load_demonstrations
+from advise_ros.recording.gridfile import load_place
 from advise_ros.recording.savedsession import LiveSession, SavedSession
 from advise_ros.recording.sitefile import begin_site, save_site, site_text
 from advise_ros.ros import calls, convert, convert_advice, diagnostics, preview, qos, run
@@ -70,7 +71,8 @@ class AdviseNode(ConfiguredNode):
         site = begin_site(self.config.site_map_file, self.config.site_map_out, grid)
         session = LiveSession(grid, learn_settings(self.config), self.config.budget, site.prior)
         self._saved = SavedSession(session, self.config.session_file)
-        self._topics = LearnerTopics(self)
+        place = load_place(self.config.grid_file)
+        self._topics = LearnerTopics(self, place.on_earth if place else None)
         self._topics.map(grid)
         self._topics.site_prior(site_text(site.prior))
         self._site_remark = site.remark

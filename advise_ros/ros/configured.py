@@ -87,8 +87,8 @@ class ConfiguredNode(Node):
         if not self._is_own_parameter(name):
             if name == introspection.PARAMETER:
                 return Parameter(name, value=introspection.checked(wanted.value))
-            if self.has_parameter(name):
-                return wanted  # rclpy's own.
+            if self.has_parameter(name):  # rclpy's own, of which some are read-only.
+                return None if wanted.value == self.get_parameter(name).value else wanted
             known = tuple(spec.name for spec in fields(self.config)) if self.config is not None else ()
             raise InputError(config.unknown_name(name, known))
         if wanted.type_ == Parameter.Type.NOT_SET:

@@ -17,6 +17,7 @@ from advise_ros.core.learning.learner import Learned
 from advise_ros.core.learning.session import Work
 from advise_ros.core.units import MAP_FRAME
 from advise_ros.ros import convert, convert_advice, maps, markers, paths, qos
+from advise_ros.ros.geo_route import GeoRouteTopic, OnEarth
 
 
 class LearnedMessages(NamedTuple):
@@ -81,7 +82,13 @@ def result_of(work: Work, budget_left: int) -> Result:
 class LearnerTopics:
     """The publishers of `advise`, stamped by the node's clock."""
 
-    def __init__(self, node: Node) -> None:
+    def __init__(self, node: Node, on_earth: OnEarth | None = None) -> None:
+        """For a node.
+
+        Args:
+            node: that learns.
+            on_earth: as GeoRouteTopic.
+        """
         self._clock = node.get_clock()
         self._policy = node.create_publisher(Policy, 'advise/policy', qos.latched())
         self._query = node.create_publisher(AdviceQuery, 'advise/query', qos.latched())
@@ -93,6 +100,7 @@ class LearnerTopics:
         self._site_prior = node.create_publisher(String, 'advise/site_prior', qos.latched())
         self._markers = node.create_publisher(MarkerArray, 'advise/markers', qos.latched())
         self._route = node.create_publisher(Path, 'advise/route', qos.latched())
+        self._geo_route = GeoRouteTopic(node, on_earth)
         self._map = node.create_publisher(OccupancyGrid, 'advise/map', qos.latched())
         self._demonstrations = node.create_publisher(Demonstration, 'demonstration', qos.DEMONSTRATIONS)
 
@@ -116,6 +124,7 @@ class LearnerTopics:
         self._markers.publish(messages.markers)
         paths.stamp(messages.route, convert.stamp_to_ns(stamp))
         self._route.publish(messages.route)
+        self._geo_route.publish(messages.route)
 
     def map(self, grid: Grid) -> None:
         """The grid with its obstacles."""

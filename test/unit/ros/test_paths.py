@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+import math
 import sys
 from dataclasses import replace
 from types import ModuleType, SimpleNamespace
 from typing import Any
 
+import numpy as np
 import pytest
 from geometry_msgs.msg import PoseStamped
 
 from advise_ros.core.errors import InputError
+from advise_ros.recording.place import Place
 from advise_ros.ros import convert
+from advise_ros.ros.geo_route import GeoRouteTopic
 from advise_ros.ros.maps import obstacle_map
 from advise_ros.ros.paths import demonstrated_path, learnt_path, stamp
 from advise_ros.ros.transform import TransformTopic
@@ -71,3 +75,38 @@ def test_a_pose_is_the_transform_to_the_vehicle(monkeypatch: pytest.MonkeyPatch)
     (transform,) = sent
     assert (transform.header.frame_id, transform.child_frame_id) == ('map', 'base_link')
     assert (transform.transform.translation.y, transform.transform.rotation.z) == (2.0, 1.0)
+
+
+def of_geographic_msgs(**fields: Any) -> SimpleNamespace:
+    return SimpleNamespace(**fields, poses=[], pose=SimpleNamespace(position=SimpleNamespace()))
+
+
+def test_the_learnt_route_lies_on_the_earth_where_its_grid_does(monkeypatch: pytest.MonkeyPatch) -> None:
+    """With mocks of geographic_msgs and of the node: the package is not among what is installed without ROS."""
+    sent: list[Any] = []
+    module = ModuleType('geographic_msgs')
+    module.msg = SimpleNamespace(GeoPath=of_geographic_msgs, GeoPoseStamped=of_geographic_msgs)  # type: ignore[attr-defined]
+    monkeypatch.setitem(sys.modules, 'geographic_msgs', module)
+    node: Any = SimpleNamespace(create_publisher=lambda kind, topic, profile: SimpleNamespace(publish=sent.append))
+    learned = ready().learned
+    assert learned is not None
+    route = learnt_path(learned)
+    GeoRouteTopic(node, None).publish(route)
+    assert not sent, 'a grid without a place'
+    place = Place(47.0, 8.0, 90.0)
+    GeoRouteTopic(node, place.on_earth).publish(route)
+    (path,) = sent
+    back = place.positions(*(
+        np.array([getattr(one.pose.position, name) for one in path.poses]) for name in ('latitude', 'longitude', 'altitude')
+    ))
+    assert [tuple(one[:2]) for one in back] == [pytest.approx(one[:2], abs=1e-6) for one in places(route)]
+    assert all(math.isnan(one.pose.position.altitude) for one in path.poses)
+    assert path.header is route.header
+
+
+def test_a_route_on_the_earth_says_which_package_it_takes(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, 'geographic_msgs', None)
+    lines: list[str] = []
+    node: Any = SimpleNamespace(get_logger=lambda: SimpleNamespace(info=lines.append))
+    GeoRouteTopic(node, Place(47.0, 8.0).on_earth).publish(learnt_path(ready().learned))
+    assert 'ros-jazzy-geographic-msgs' in lines[0]
