@@ -16,8 +16,8 @@ from shell import Shell
 
 KEPT = ('AMENT_PREFIX_PATH', 'PYTHONPATH', 'LD_LIBRARY_PATH', 'CMAKE_PREFIX_PATH', 'COLCON_PREFIX_PATH')
 KEPT_ROS = ('ROS_DISTRO', 'ROS_VERSION', 'ROS_PYTHON_VERSION', 'PKG_CONFIG_PATH')
-# What the user's shell may hold and would lead the environment's own Python astray.
-UNSET = ('PYTHONHOME', 'PYTHONSTARTUP', 'PYTHONUSERBASE', 'PYTHONPLATLIBDIR')
+# What the user's shell may hold and would lead the environment's own Python astray, or let it compile everything at each start.
+UNSET = ('PYTHONHOME', 'PYTHONSTARTUP', 'PYTHONUSERBASE', 'PYTHONPLATLIBDIR', 'PYTHONDONTWRITEBYTECODE')
 LONGEST_SHEBANG = 120
 
 
