@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 from rotorpy.vehicles.hummingbird_params import quad_params
 from rotorpy.vehicles.multirotor import Multirotor
 
+from advise_ros.core.units import Vector
+
 Array = NDArray[np.float64]
 Body = dict[str, Array]
 
@@ -22,9 +24,6 @@ PARAMETERS: dict[str, Any] = {**quad_params, 'tau_m': 0.03, 'kp_att': 150.0, 'kd
 # RotorPy's: below it the craft stands on the ground.
 CONTACT_Z_M = 0.001
 HOVER_ROTOR_RAD_S = float(np.sqrt(PARAMETERS['mass'] * 9.81 / (4 * PARAMETERS['k_eta'])))
-
-
-Vector = tuple[float, float, float]
 
 
 def cross(a: Vector, b: Vector) -> Vector:
