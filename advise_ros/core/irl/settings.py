@@ -43,7 +43,7 @@ class LearnSettings:
         True, 'ask once more after an answer that hardly any demonstration supports; the most frequent answer holds',
     )
     enough: float = parameter(
-        1.5, 'with acquisition site, ask no more when the best question is expected to save fewer steps than this; 0: ask '
+        2.5, 'with acquisition site, ask no more when the best question is expected to save fewer steps than this; 0: ask '
         'as long as anything is saved; the others ask about every cluster',
         low=0.0, high=100.0,
     )

@@ -24,12 +24,11 @@ RIGHT, OTHERWISE, WRONG_ANSWERS = 0.9, 0.1, 30
 CELL_PRICE, EDGE_PRICE = 0.8, 0.4
 # Models of the pilot that explain the moves worse by more than this [nat] are dropped.
 HOPELESSLY_BEHIND = 15.0
-# Its maps' mean log posterior differs by a few nat from one drawing to the next: odds between the models are taken that much
-# less seriously.
-FLATTER = 3.0
+# Evidence differs by a few nat from one drawing to the next: odds between models are taken that much less seriously.
+FLATTER = 2.0
 # Log odds against a richer kind of wishes, before anything was seen. It is looked at closely, and the pilot fitted to it, if
 # it is not further behind than this after a first drawing [nat].
-RICHER_ODDS, UNPROMISING = 4.0, 3.0
+RICHER_ODDS, UNPROMISING = 7.0, 6.0
 # Before any answer, the moves are doubted with this probability when questions are weighed.
 DOUBT = 0.5
 # Maps drawn before an answer are kept if those that go with it are at least this share (effective sample size).
@@ -38,7 +37,7 @@ LEAST_SUPPORT = 0.1
 CONTRADICTED = -2.0
 # The models of the pilot are fitted to the moves so often, and the maps drawn anew; before each fit those are dropped that are
 # behind by more than this [nat]: a fit makes up for less.
-BEHIND_BEFORE_FIT = (150.0, 45.0)
+BEHIND_BEFORE_FIT = (150.0, 30.0)
 # How much shorter the drawings before the last fit are: they only have to find a map to fit to.
 EARLY = 0.5
 
@@ -88,23 +87,21 @@ class PilotBelief(NamedTuple):
     """One model of the pilot, fitted to the moves, and the maps that explain them under it and one kind of wishes.
 
     Attributes:
-        level: mean log posterior of the maps; of a richer kind of wishes that of ALIKE, and FLATTER times what its evidence
-            is more.
         weight: of the model among all, by its evidence.
     """
 
     pilot: Pilot
-    level: float
     weight: float
     draws: Draws
     wishes: Wishes = ALIKE
 
     @property
     def evidence(self) -> float:
-        """Log of the fractional Bayes factor: how much likelier the whole likelihood of the moves is than the part of it that
-        the hottest copy weighs (O'Hagan 1995), integrated over the temperatures; and the fit of the answers."""
-        part = 1.0 / np.array(TEMPERATURES)
-        return float(-np.trapezoid(self.draws.fit, part)) + self.draws.answers
+        """Log of the fractional Bayes factor [nat]: how much likelier the whole likelihood of the moves is than the part of it
+        that the hottest copy weighs (O'Hagan 1995), integrated over the temperatures; the fit of the answers; the odds against
+        richer wishes."""
+        moves = -np.trapezoid(self.draws.fit, 1.0 / np.array(TEMPERATURES))
+        return float(rounded(np.asarray(moves + self.draws.answers), 20)) - (RICHER_ODDS if self.wishes != ALIKE else 0.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -174,8 +171,6 @@ def tell(
     again = [
         _drawn(layout, belief.flights, one.pilot, answers, prices, settings, rng, one.draws, one.wishes) for one in belief.pilots
     ]
-    plain = next((one for one in again if one.wishes == ALIKE), None)
-    again = [one if plain is None or one.wishes == ALIKE else _against(plain, one) for one in again]
     again = [_with_earlier(layout, one, before, answer) for one, before in zip(again, belief.pilots, strict=True)]
     told = replace(_weighed(layout, tuple(again), belief.flights, answers, settings), doubt=_doubt_after(layout, belief, answer))
     plain = next((one for one in told.pilots if one.wishes == ALIKE), None)
@@ -245,18 +240,13 @@ def _with_richer(
     models = list(belief.pilots)
     for wishes in kinds:
         one = _drawn(layout, flights, plain.pilot, answers, prices, settings, rng, plain.draws, wishes)
-        if _against(plain, one).level < plain.level - FLATTER * UNPROMISING:
+        if one.evidence < plain.evidence - UNPROMISING:
             continue
         for _ in BEHIND_BEFORE_FIT:
             pilot = one.pilot.fitted(layout, flights, wishes, one.draws.best)
             one = _drawn(layout, flights, pilot, answers, prices, settings, rng, one.draws, wishes)
-        models.append(_against(plain, one))
+        models.append(one)
     return belief if len(models) == len(belief.pilots) else _weighed(layout, tuple(models), flights, answers, settings)
-
-
-def _against(plain: PilotBelief, richer: PilotBelief) -> PilotBelief:
-    """With a level that can be compared with those of plain wishes; its evidence is taken as it is, not flatter."""
-    return richer._replace(level=plain.level + FLATTER * (richer.evidence - plain.evidence - RICHER_ODDS))
 
 
 def _drawn(  # noqa: PLR0913, PLR0917 - what a drawing takes
@@ -271,7 +261,7 @@ def _drawn(  # noqa: PLR0913, PLR0917 - what a drawing takes
         starts[:, :n] = before.last
         starts[1, :n], starts[-1] = before.best, 0
     draws = draw(problem, starts, steps or settings.steps(layout), settings.maps, rng, fresh=before is None)
-    return PilotBelief(pilot, float(rounded(np.asarray(draws.log_posterior.mean()), 20)), 0.0, draws, wishes)
+    return PilotBelief(pilot, 0.0, draws, wishes)
 
 
 def problem_of(
@@ -308,10 +298,9 @@ def _weighed(
     layout: Layout, models: tuple[PilotBelief, ...], flights: Moves, answers: tuple[SiteAnswer, ...], settings: SamplerSettings,
 ) -> SiteBelief:
     """The maps of all models that are not far behind, each in proportion to its evidence."""
-    kept = sorted(_within(models, HOPELESSLY_BEHIND), key=lambda one: -one.level)
-    top = kept[0].level
-    evidence = np.exp([(one.level - top) / FLATTER for one in kept])
-    weights = evidence / evidence.sum()
+    kept = sorted(_within(models, HOPELESSLY_BEHIND), key=lambda one: -one.evidence)
+    odds = np.exp([(one.evidence - kept[0].evidence) / FLATTER for one in kept])
+    weights = odds / odds.sum()
     kept = [one._replace(weight=float(weight)) for one, weight in zip(kept, weights, strict=True)]
     shares = [round(one.weight * settings.maps) for one in kept]
     maps = _together(layout, kept, [spread(one.draws.maps, share) for one, share in zip(kept, shares, strict=True)])
@@ -330,9 +319,9 @@ def _together(layout: Layout, models: list[PilotBelief], maps: list[Bytes]) -> B
 
 
 def _within(models: tuple[PilotBelief, ...], behind: float) -> tuple[PilotBelief, ...]:
-    """Those whose maps are not further behind the best than this [nat]."""
-    top = max(one.level for one in models)
-    return tuple(one for one in models if one.level > top - behind)
+    """Those whose evidence is not further behind the best than this [nat]."""
+    top = max(one.evidence for one in models)
+    return tuple(one for one in models if one.evidence > top - behind)
 
 
 def spread(maps: MapsT, number: int) -> MapsT:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from itertools import product
 
 import numpy as np
@@ -11,10 +12,12 @@ from advise_ros.core.advice.advice import Query
 from advise_ros.core.demonstrations.demonstration import count
 from advise_ros.core.grid.grid import Grid
 from advise_ros.core.irl.settings import LearnSettings
+from advise_ros.core.numerics import Floats
+from advise_ros.core.people.known_site import Site
 from advise_ros.core.site.belief import DOUBT, SamplerSettings, SiteAnswer, SiteBelief, believe, problem_of, tell
-from advise_ros.core.site.chain import new_chain
-from advise_ros.core.site.layout import layout_of
-from advise_ros.core.site.pilots import PILOTS, moves_of
+from advise_ros.core.site.chain import answer_code, new_chain
+from advise_ros.core.site.layout import Bytes, layout_of
+from advise_ros.core.site.pilots import PILOTS, best_sets, moves_of
 from advise_ros.core.site.plan import plan
 from advise_ros.core.site.questions import next_question
 from advise_ros.core.site.tempering import TEMPERATURES, draw
@@ -95,7 +98,7 @@ def test_without_a_flight_the_plan_is_the_planner_and_answers_alone_teach() -> N
 def test_the_same_flights_answers_and_seed_give_the_same_maps() -> None:
     one, two = learnt(2)[1], learnt(2)[1]
     assert np.array_equal(one.maps, two.maps)
-    assert [pilot.level for pilot in one.pilots] == [pilot.level for pilot in two.pilots]
+    assert [pilot.evidence for pilot in one.pilots] == [pilot.evidence for pilot in two.pilots]
 
 
 def test_a_question_is_about_few_cells_of_one_layer() -> None:
@@ -113,7 +116,15 @@ def test_doubt_fades_with_an_answer_that_the_moves_bear_out_and_grows_with_one_t
     layout = layout_of(site.grid)
     question = next_question(layout, belief, np.random.default_rng(0))
     assert question is not None and belief.doubt == DOUBT
-    preferred, avoided = expert_of(site, 0.0, np.random.default_rng(0)).advice(question.states)
-    borne_out = tell(layout, belief, SiteAnswer(question.states, preferred, avoided), np.random.default_rng(1))
-    opposite = tell(layout, belief, SiteAnswer(question.states, avoided, preferred), np.random.default_rng(1))
-    assert 0.0 < borne_out.doubt < DOUBT < opposite.doubt < 1.0
+    believed, doubted = (answers_under(site, maps, question.states) for maps in (belief.maps, belief.doubting))
+    usual = believed.most_common(1)[0][0]
+    unusual = max(doubted, key=lambda answer: doubted[answer] / (1 + believed[answer]))
+    borne_out, not_borne_out = (tell(layout, belief, answer, np.random.default_rng(1)) for answer in (usual, unusual))
+    assert 0.0 < borne_out.doubt < DOUBT < not_borne_out.doubt < 1.0
+
+
+def answers_under(site: Site, maps: Bytes | Floats, states: tuple[int, ...]) -> Counter[SiteAnswer]:
+    """How many of the maps call for each answer."""
+    every = (answer_code(row, np.array(states, dtype=np.int32), 0, len(states)) for row in best_sets(layout_of(site.grid), maps))
+    directions = ([tuple(action for action in range(4) if mask >> action & 1) for mask in answer] for answer in every)
+    return Counter(SiteAnswer(states, *sides) for sides in directions)
