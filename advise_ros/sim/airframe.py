@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -12,8 +11,6 @@ from numpy.typing import NDArray
 from rotorpy.vehicles.hummingbird_params import quad_params
 from rotorpy.vehicles.multirotor import Multirotor
 
-from advise_ros.core.units import Vector
-
 Array = NDArray[np.float64]
 Body = dict[str, Array]
 
@@ -21,50 +18,18 @@ Body = dict[str, Array]
 # that control held for 25 ms is well damped, and midpoint steps of 25 ms stay within a millimetre of a fine
 # integration over a flight.
 PARAMETERS: dict[str, Any] = {**quad_params, 'tau_m': 0.03, 'kp_att': 150.0, 'kd_att': 24.0, 'motor_noise_std': 0.0}
-# RotorPy's: below it the craft stands on the ground.
-CONTACT_Z_M = 0.001
 HOVER_ROTOR_RAD_S = float(np.sqrt(PARAMETERS['mass'] * 9.81 / (4 * PARAMETERS['k_eta'])))
-
-
-def cross(a: Vector, b: Vector) -> Vector:
-    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
-
-
-def times(rows: Sequence[Vector], by: Vector) -> Vector:
-    """A matrix of three rows times a vector."""
-    x, y, z = by
-    first, second, third = (row[0] * x + row[1] * y + row[2] * z for row in rows)
-    return first, second, third
-
-
-def rotation(quaternion: Sequence[float]) -> tuple[Vector, Vector, Vector]:
-    """Rows of the matrix that turns a vector of the body into the world.
-
-    Args:
-        quaternion: [i, j, k, w], of any length but 0.
-    """
-    i, j, k, w = quaternion
-    s = 2.0 / (i * i + j * j + k * k + w * w)
-    return (
-        (1.0 - s * (j * j + k * k), s * (i * j - k * w), s * (i * k + j * w)),
-        (s * (i * j + k * w), 1.0 - s * (i * i + k * k), s * (j * k - i * w)),
-        (s * (i * k - j * w), s * (j * k + i * w), 1.0 - s * (i * i + j * j)),
-    )
 
 
 class Airframe(Multirotor):  # type: ignore[misc]  # RotorPy has no types
     """RotorPy's forces, moments and attitude loop; the step is the midpoint rule.
 
     RotorPy's own `step` calls solve_ivp, which costs more than the physics, and draws motor noise from
-    numpy's global state, which no seed of ours reaches. The forces are computed in plain numbers: on vectors of
-    three, numpy's calls take ten times as long as the arithmetic.
+    numpy's global state, which no seed of ours reaches.
     """
 
     def __init__(self, parameters: dict[str, Any] | None = None) -> None:
         super().__init__(parameters or PARAMETERS, control_abstraction='cmd_ctatt', enable_ground=True)
-        self._rotors = [tuple(place) for place in self.rotor_geometry.tolist()]
-        self._turns = [float(way) for way in self.rotor_dir]
-        self._inertia, self._inverse = self.inertia.tolist(), self.inv_inertia.tolist()
 
     def step(self, state: Body, control: dict[str, Any], t_step: float) -> Body:
         """One step with constant rotor commands.
@@ -86,58 +51,6 @@ class Airframe(Multirotor):  # type: ignore[misc]  # RotorPy has no types
         start: Array = self._s_dot_fn(0.0, now, wanted_rotor_rad_s)
         middle: Array = self._s_dot_fn(0.0, now + 0.5 * step_s * start, wanted_rotor_rad_s)
         return now + step_s * middle
-
-    def get_cmd_motor_speeds(self, state: Body, control: dict[str, Any]) -> Array:
-        """RotorPy's attitude loop: what the rotors are to turn with, rad/s, (4,).
-
-        Args:
-            state, control: as of `step`.
-        """
-        now, wanted = rotation(state['q'].tolist()), rotation(control['cmd_q'].tolist())
-        apart = [cross(row, other) for row, other in zip(wanted, now, strict=True)]
-        p, q, r = state['w'].tolist()
-        x, y, z = (0.5 * self.kp_att * sum(one[axis] for one in apart) for axis in range(3))
-        moment = times(self._inertia, (x - self.kd_att * p, y - self.kd_att * q, z - self.kd_att * r))
-        held = cross((p, q, r), times(self._inertia, (p, q, r)))
-        wrench = np.array([control['cmd_thrust'], *(m + h for m, h in zip(moment, held, strict=True))])
-        squares = self.TM_to_f @ wrench / self.k_eta
-        speeds: Array = np.sign(squares) * np.sqrt(np.abs(squares))
-        return speeds
-
-    def _s_dot_fn(self, t: float, s: Array, cmd_rotor_speeds: Array) -> Array:
-        """RotorPy's derivative of its state (20,) by constant commands to the rotors (4,)."""
-        _, _, z, vx, vy, vz, i, j, k, w, p, q, r, east, north, up, *speeds = s.tolist()
-        to_world = rotation((i, j, k, w))
-        to_body: Any = tuple(zip(*to_world, strict=True))
-        force, moment = self._wrench((p, q, r), speeds, times(to_body, (vx - east, vy - north, vz - up)))
-        fx, fy, fz = times(to_world, force)
-        fz -= self.mass * self.g
-        if z <= CONTACT_Z_M:  # The ground bears what would press the craft into it.
-            fz = max(fz, 0.0)
-        mx, my, mz = (m - c for m, c in zip(moment, cross((p, q, r), times(self._inertia, (p, q, r))), strict=True))
-        return np.array([
-            vx, vy, vz, fx / self.mass, fy / self.mass, fz / self.mass,
-            0.5 * (w * p - k * q + j * r), 0.5 * (k * p + w * q - i * r), 0.5 * (w * r + i * q - j * p),
-            -0.5 * (i * p + j * q + k * r),
-            *times(self._inverse, (mx, my, mz)), 0.0, 0.0, 0.0,
-            *((wanted - now) / self.tau_m for wanted, now in zip(cmd_rotor_speeds.tolist(), speeds, strict=True)),
-        ])
-
-    def _wrench(self, turning: Vector, speeds: list[float], air: Vector) -> tuple[Vector, Vector]:
-        """RotorPy's force and moment on the body, in its frame, by its turning, its rotors and the air that it meets."""
-        ax, ay, az = air
-        speed = math.sqrt(ax * ax + ay * ay + az * az)
-        fx, fy, fz = -speed * self.c_Dx * ax, -speed * self.c_Dy * ay, -speed * self.c_Dz * az
-        mx = my = mz = 0.0
-        for place, way, omega in zip(self._rotors, self._turns, speeds, strict=True):
-            around = cross(turning, place)
-            lx, ly, lz = ax + around[0], ay + around[1], az + around[2]
-            lift = self.k_eta * omega * omega + self.k_h * (lx * lx + ly * ly) - omega * self.k_z * lz
-            drag_x, drag_y, flap = -omega * self.k_d * lx, -omega * self.k_d * ly, self.k_flap * omega
-            tx, ty, tz = cross(place, (drag_x, drag_y, lift))
-            fx, fy, fz = fx + drag_x, fy + drag_y, fz + lift
-            mx, my, mz = mx + tx - flap * ly, my + ty + flap * lx, mz + tz + way * self.k_m * omega * omega
-        return (fx, fy, fz), (mx, my, mz)
 
 
 def at_rest(position_enu_m: tuple[float, float, float], rotor_rad_s: float = 0.0) -> Body:

@@ -46,19 +46,6 @@ class FineAirframe(Multirotor):
         )
 
 
-@pytest.mark.parametrize('seed', range(20))
-def test_forces_and_moments_are_rotorpys(seed):
-    rng = np.random.default_rng(seed)
-    state, wanted = rng.normal(0.0, 2.0, 20), rng.uniform(0.0, 1500.0, 4)
-    state[2] = (3.0, 0.0)[seed % 2]  # In the air or on the ground.
-    state[16:] = rng.uniform(0.0, 1500.0, 4)
-    own, theirs = airframe.Airframe(), FineAirframe()
-    np.testing.assert_allclose(own._s_dot_fn(0.0, state, wanted), theirs._s_dot_fn(0.0, state, wanted), rtol=1e-9, atol=1e-9)
-    command = {'cmd_thrust': rng.uniform(0.0, 10.0), 'cmd_q': rng.normal(size=4)}
-    body = own._unpack_state(state)
-    np.testing.assert_allclose(own.get_cmd_motor_speeds(body, command), theirs.get_cmd_motor_speeds(body, command), rtol=1e-9)
-
-
 def test_a_hovering_craft_stays_where_it_is():
     end = fly(Quadcopter(), hovering(), Target(), 5.0)[-1]
     np.testing.assert_allclose(end.position_enu_m, [0, 0, 5], atol=1e-6)
