@@ -5,6 +5,7 @@ Only what the standard library is enough for is imported before the handlers sta
 
 from __future__ import annotations
 
+import atexit
 import os
 import signal
 from collections.abc import Callable
@@ -37,6 +38,9 @@ class Front:
         watched = [number for number, handler in PYTHON_STARTS_WITH.items() if signal.getsignal(number) is handler]
         for number in watched:
             signal.signal(number, self._leave)
+        if signal.SIGINT in watched:
+            # A terminal and `ros2 launch` both send one: the second must not end a node that is on its way out with -2.
+            atexit.register(signal.signal, signal.SIGINT, signal.SIG_IGN)
         if name in FLYING:
             without_shared_memory(os.environ)
         try:

@@ -226,4 +226,3 @@ def _round_number(value: float) -> float:
 
 def _has_comments(text: str) -> bool:
     return any('#' in line for line in text.removeprefix(HEAD).splitlines())
-

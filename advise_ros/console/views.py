@@ -185,4 +185,3 @@ def flight_view(flight: msg.FlightStatus) -> View:
         'budget': int(flight.step_budget), 'message': flight.message, 'refusals': int(flight.refusals), 'refusal': flight.refusal,
         'at': stamp_to_ns(flight.header.stamp) / NS,
     }
-

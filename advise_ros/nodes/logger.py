@@ -162,7 +162,6 @@ class LoggerNode(ConfiguredNode):
             if not self._end_reported:
                 exits.fail(f'bag {self.config.bag} could not be finished: {self._writer.problem}; free some space')
 
-
     def _say_what_was_left_out(self) -> None:
         left_out = dict(sorted(self._incoming.left_out.items()))
         self._writer.add_record(LEFT_OUT_RECORD, left_out)

@@ -10,12 +10,12 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Mapping
+from typing import NamedTuple
 
 from rosbags.interfaces import Qos, QosDurability, QosHistory, QosLiveliness, QosReliability, QosTime
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from advise_ros.core.errors import LogError
-from advise_ros.recording.storage import Record
 
 RECORDS_TOPIC, RECORDS_TYPE = '/bag_records', 'std_msgs/msg/String'
 NO_LIMIT = QosTime(0, 0)
@@ -24,6 +24,13 @@ RECORDS_QOS = Qos(
     QosHistory.KEEP_ALL, 0, QosReliability.RELIABLE, QosDurability.TRANSIENT_LOCAL, NO_LIMIT, NO_LIMIT,
     QosLiveliness.AUTOMATIC, NO_LIMIT, avoid_ros_namespace_conventions=False,
 )
+
+
+class Record(NamedTuple):
+    """An MCAP metadata record."""
+
+    name: str
+    values: dict[str, str]
 
 
 def record_to_cdr(name: str, values: Mapping[str, str]) -> bytes:

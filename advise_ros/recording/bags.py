@@ -68,7 +68,6 @@ from advise_ros.recording.transforms import TF_TYPE, Edge, Moved, Placed, edges_
 POLICY_FLIES = (1, 2)  # FlightStatus.TO_START, FLYING
 
 
-
 class _Ordered(NamedTuple):
     """The vectors of a topic in order of arrival.
 

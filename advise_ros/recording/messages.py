@@ -10,10 +10,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from advise_ros.core.errors import LogError
-from advise_ros.recording.bagrecords import RECORDS_TOPIC, RECORDS_TYPE, all_records
+from advise_ros.recording.bagrecords import RECORDS_TOPIC, RECORDS_TYPE, Record, all_records
 from advise_ros.recording.blocks import Block, Channel
 from advise_ros.recording.codec import Codec
-from advise_ros.recording.storage import Record, open_source
+from advise_ros.recording.storage import open_source
 
 
 class Message(NamedTuple):

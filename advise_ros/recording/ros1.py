@@ -19,7 +19,6 @@ HEADER = 'std_msgs/msg/Header'
 PACKAGES = frozenset(('geometry_msgs', 'nav_msgs', 'std_msgs', 'tf', 'tf2_msgs', 'mavros_msgs', 'px4_msgs', 'advise_msgs'))
 
 
-
 def ros1_blocks(
     file: Path, topics: dict[str, str], lost: Callable[[str], None], progress: ProgressCallback | None,
 ) -> Iterator[Block]:

@@ -11,7 +11,7 @@ import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, NamedTuple, Protocol
+from typing import Any, Protocol
 
 import yaml
 import zstandard
@@ -19,6 +19,7 @@ from mcap.records import Channel as ChannelRecord
 from mcap.records import Header, Message, Metadata, Schema
 
 from advise_ros.core.errors import LogError
+from advise_ros.recording.bagrecords import Record
 from advise_ros.recording.blocks import PREFIX, Block, Channel, Row, from_chunk, from_rows, gather, record_offsets
 from advise_ros.recording.filekind import METADATA_FILE, REMEDIES, FileKind, bag_files, kind_of, what_it_is
 from advise_ros.recording.mcapfile import MAX_CHUNK_BYTES, NotWholeError, WholeChunk, parse
@@ -38,14 +39,6 @@ OPCODES = {3: Schema, 4: ChannelRecord}
 ZSTD_MARK = 0xFD2FB528
 REST_WAS_READ = '; what is whole was read'
 NOT_THERE = 'there is no such file; name a bag directory or an .mcap file'
-
-
-
-class Record(NamedTuple):
-    """An MCAP metadata record."""
-
-    name: str
-    values: dict[str, str]
 
 
 class Source(Protocol):

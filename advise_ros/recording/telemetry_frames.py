@@ -33,7 +33,6 @@ WINDOW = 4 * 1024 * 1024
 LONGEST = 300
 
 
-
 class Frame(NamedTuple):
     """A sound frame of the log: when it was logged, its bytes with the stamp, and its message if it is a wanted one."""
 

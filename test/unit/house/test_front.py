@@ -41,6 +41,23 @@ def test_an_interruption_is_no_traceback(module: str, number: signal.Signals, co
     assert (process.returncode, said) == (code, '')
 
 
+def test_a_second_interruption_on_the_way_out_changes_nothing(tmp_path: Path) -> None:
+    """A terminal and `ros2 launch` both send one; Python has no handler any more when it takes its modules apart."""
+    (tmp_path / 'package').mkdir()
+    (tmp_path / 'package' / 'last.py').write_text(
+        'import os, signal\n'
+        'class Last:\n'
+        '    def __del__(self, kill=os.kill, pid=os.getpid(), number=signal.SIGINT):\n'
+        '        kill(pid, number)\n'
+        'kept = Last()\n'
+        'def main():\n'
+        '    pass\n'
+    )
+    start = f"import sys; sys.path[:0] = [{str(ROOT)!r}]; from advise_ros.front import Front; Front('package', 0).last()"
+    done = subprocess.run([sys.executable, '-c', start], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, '')
+
+
 def test_every_executable_begins_there() -> None:
     begun = {point.name: point.value for point in distribution('advise_ros').entry_points if point.group == 'console_scripts'}
     assert begun['policy'] == 'advise_ros.front:nodes.policy'

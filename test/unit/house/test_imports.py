@@ -31,3 +31,10 @@ def test_a_node_beside_the_vehicle_loads_no_linear_algebra(node: str) -> None:
     command = [sys.executable, '-c', PROGRAM, f'advise_ros.nodes.{node}', *LARGE]
     done = subprocess.run(command, capture_output=True, text=True, check=True)
     assert done.stdout.split() == []
+
+
+@pytest.mark.parametrize('node', ['logger', 'policy'])
+def test_a_node_without_a_link_loads_no_mavlink(node: str) -> None:
+    command = [sys.executable, '-c', PROGRAM, f'advise_ros.nodes.{node}', 'pymavlink']
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert done.stdout.split() == []

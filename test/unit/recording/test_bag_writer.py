@@ -25,12 +25,11 @@ from ruamel.yaml import YAML
 from advise_msgs.msg import LearnerStatus
 from advise_ros.core.errors import InputError, LogError
 from advise_ros.recording import platform
-from advise_ros.recording.bagrecords import RECORDS_QOS, RECORDS_TOPIC, all_records
+from advise_ros.recording.bagrecords import RECORDS_QOS, RECORDS_TOPIC, Record, all_records
 from advise_ros.recording.definitions import definition
 from advise_ros.recording.mcapwriter import COMPRESSIONS
 from advise_ros.recording.messages import Bag, Codec
 from advise_ros.recording.recover import Salvage
-from advise_ros.recording.storage import Record
 from advise_ros.recording.writer import BagWriter
 from advise_ros.ros.cdr import to_cdr
 
