@@ -13,7 +13,7 @@ from nicegui import app, ui
 from advise_ros.console import language
 from advise_ros.console.grid_editor import PICTURE, GridEditor
 from advise_ros.console.protection import Gate
-from advise_ros.console.serving import COOKIE, PageThread, head
+from advise_ros.console.serving import PageThread, begin_page
 
 
 class DrawPage(ui.element, component='static/draw.js'):
@@ -50,10 +50,7 @@ def add_drawing(editor: GridEditor, path: str, chosen: str = '') -> None:
     """
 
     def opened(request: Request) -> None:
-        ui.add_css(':root { color-scheme: light dark }')
-        ui.add_head_html(head('draw'))
-        wanted = request.cookies.get(COOKIE) or chosen
-        DrawPage(editor, language.of_browser(request.headers.get('accept-language', ''), wanted))
+        DrawPage(editor, begin_page(request, 'draw', chosen))
 
     ui.page(path, title='advise: draw a grid', response_timeout=30)(opened)
 

@@ -18,7 +18,7 @@ from advise_ros.console.grid_editor import GridEditor
 from advise_ros.console.listener import GraphListener
 from advise_ros.console.protection import Gate
 from advise_ros.console.requests import RequestDispatcher
-from advise_ros.console.serving import COOKIE, PageThread, head
+from advise_ros.console.serving import PageThread, begin_page
 from advise_ros.console.wording import reply_in
 
 # A page that hears nothing for some of these says that it is cut off.
@@ -92,10 +92,7 @@ class PageServer(PageThread):
         add_drawing(GridEditor(Path(config.grid_file) if config.grid_file else None, folder=Path()), '/draw', config.language)
 
     def _open(self, request: Request) -> None:
-        ui.add_css(':root { color-scheme: light dark }')
-        ui.add_head_html(head(''))
-        chosen = request.cookies.get(COOKIE) or self._language
-        page = Page(self._listener, self._dispatcher, language.of_browser(request.headers.get('accept-language', ''), chosen))
+        page = Page(self._listener, self._dispatcher, begin_page(request, '', self._language))
         self._pages.add(page)
         ui.context.client.on_delete(lambda: self._pages.discard(page))
 

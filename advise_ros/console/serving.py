@@ -8,7 +8,7 @@ import threading
 from pathlib import Path
 from typing import Any
 
-from fastapi import HTTPException
+from fastapi import HTTPException, Request
 from nicegui import app, ui
 from nicegui.server import Server
 
@@ -37,6 +37,19 @@ def head(prefix: str) -> str:
     return ''.join(f'<link rel="stylesheet" href="/console/{name}">' for name in styles) + ''.join(
         f'<link rel="modulepreload" href="/console/{path.name}">' for path in own if path.suffix == '.js'
     )
+
+
+def begin_page(request: Request, prefix: str, chosen: str) -> str:
+    """Fill in the head of a page that opens; returns the language that it speaks at first.
+
+    Args:
+        request: of the browser, with the language that a person chose on the page before.
+        prefix: as of `head`.
+        chosen: the language that whoever started the server has chosen; empty: the browser's.
+    """
+    ui.add_css(':root { color-scheme: light dark }')
+    ui.add_head_html(head(prefix))
+    return language.of_browser(request.headers.get('accept-language', ''), request.cookies.get(COOKIE) or chosen)
 
 
 def texts(code: str) -> dict[str, Any]:
