@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import os
 import signal
 import sys
-from importlib.util import find_spec
 
 import pytest
 
@@ -19,15 +17,10 @@ from support.policies import best, policy_message, square
 from support.processes import Process
 
 EXAMPLES = ('fly_client.py', 'behaviour_tree.py')
-MOCK = ROOT / 'test' / 'support' / 'py_trees_mock'
 
 
 def start(graph: Graph, example: str) -> Process:
-    """An example; py_trees is a MOCK where it is not installed."""
-    env = dict(graph.env)
-    if find_spec('py_trees') is None:
-        env['PYTHONPATH'] = os.pathsep.join(filter(None, (str(MOCK), env.get('PYTHONPATH', ''))))
-    return graph.start_command(example, [sys.executable, str(ROOT / 'examples' / example)], env)
+    return graph.start_command(example, [sys.executable, str(ROOT / 'examples' / example)], graph.env)
 
 
 @pytest.mark.parametrize('example', EXAMPLES)
