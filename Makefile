@@ -27,7 +27,7 @@ demo: setup  ## the whole story in some minutes: a garden that is on no map is l
 # Tests wait for time as much as for processors: three side by side keep two cores at work. In this order whole stories
 # (test/e2e) come first, so none of them runs alone at the end.
 test: chromium setup  ## every test; JUnit results in log/test.xml
-	@exec ./advise python -m pytest -n 3 --dist loadfile --no-loadscope-reorder --reruns 2 -rR --junitxml=log/test.xml $(ARGS)
+	@exec ./advise python -m pytest -n 2 --dist loadfile --no-loadscope-reorder --reruns 2 -rR --junitxml=log/test.xml $(ARGS)
 
 test-console: chromium setup  ## the tests of the person's page, in a real browser
 	@exec ./advise python -m pytest -n 2 --dist loadfile test/e2e/test_console*.py test/unit/console $(ARGS)
