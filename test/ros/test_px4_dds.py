@@ -123,7 +123,7 @@ def test_who_takes_the_mode_has_the_vehicle(graph: Graph, px4: Any) -> None:
     graph.wait_until(lambda: not px4.readers, what='the end of its subscriptions')
     for label in ('configure', 'activate'):
         assert change(graph, 'mavlink_bridge', label)
-    status_of(graph, lambda s: s.connected and s.mode == 'LOITER', new=True)
+    status_of(graph, lambda s: s.in_air and s.mode == 'LOITER', new=True)
     assert graph.call(Trigger, 'mavlink_bridge/take_over').success
     status_of(graph, lambda s: s.commandable, new=True)
     px4.copter.fail(LAND)

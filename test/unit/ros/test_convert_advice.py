@@ -67,7 +67,7 @@ def test_what_a_question_decides_comes_back_from_its_message() -> None:
 
 def test_who_has_enough_advice_would_fly_and_says_in_which_unit(learned: Learned) -> None:
     done = replace(learned, query=None, enough_advice=True, least_worth=LearnSettings.enough, worth_unit='steps saved')
-    sentence = 'I would fly it now: no question is worth an answer any more (each less than 1.5 steps saved).'
+    sentence = 'I would fly it now: no question is worth an answer any more (each less than 2.5 steps saved).'
     assert convert_advice.no_query_to_msg(done, -1, 0).question == sentence
 
 
