@@ -36,8 +36,6 @@ def remedy(module: str) -> str | None:
         module: name of the module, as ModuleNotFoundError has it.
     """
     top = module.partition('.')[0]
-    if top == 'px4_msgs':
-        return PX4
     if top in OF_ROS:
         return f'{top} is not there: source ROS 2 Jazzy and the workspace (. install/setup.bash), or run it by ./advise'
     if top not in MODULES:

@@ -18,7 +18,7 @@ from advise_ros.demo.options import check_parameters, free_udp_port, node_config
 from advise_ros.demo.out import refuse_a_full_disk
 from advise_ros.mavlink.px4_topics import SCHEME, prefix_of
 from advise_ros.mavlink.transport import make_transport
-from advise_ros.missing_packages import remedy
+from advise_ros.missing_packages import PX4
 from advise_ros.recording.gridfile import load_grid
 from advise_ros.recording.sitefile import begin_site
 from advise_ros.recording.wishfile import load_wish
@@ -176,7 +176,7 @@ def _check_url(url: str) -> None:
         if url.startswith(SCHEME):
             prefix_of(url)
             if find_spec('px4_msgs') is None:
-                raise InputError(f'{remedy("px4_msgs")}')
+                raise InputError(PX4)
             return
         transport = make_transport(url, BAUD)
         transport.open()

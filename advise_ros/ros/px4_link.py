@@ -17,7 +17,7 @@ from advise_ros.mavlink import messages as mav
 from advise_ros.mavlink import px4_topics
 from advise_ros.mavlink.link import Received
 from advise_ros.mavlink.messages import Message
-from advise_ros.missing_packages import remedy
+from advise_ros.missing_packages import PX4
 
 # PX4 publishes best effort and transient local, and reads best effort and volatile.
 FROM_PX4 = QoSProfile(
@@ -69,7 +69,7 @@ class Px4Link:
         try:
             self._kinds = import_module('px4_msgs.msg')
         except ModuleNotFoundError:
-            raise InputError(f'{remedy("px4_msgs")}') from None
+            raise InputError(PX4) from None
         self._reader = px4_topics.TopicReader(pose_rate_hz)
         self._arrived: list[Received] = []
         self._came_s: dict[str, float] = {}
