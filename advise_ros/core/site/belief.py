@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple, TypeVar
 
@@ -11,10 +12,11 @@ import numpy.typing as npt
 from advise_ros.core.numerics import Floats, Ints
 from advise_ros.core.site.chain import CompiledAnswers, Problem, log_answers
 from advise_ros.core.site.layout import Bytes, Layout
+from advise_ros.core.site.marginals import level_probabilities
 from advise_ros.core.site.pilots import PILOTS, Moves, Pilot, best_sets, moves_of, rounded
 from advise_ros.core.site.plan import barred
 from advise_ros.core.site.tempering import TEMPERATURES, Draws, draw
-from advise_ros.core.site.wishes import ALIKE, GRADED, Wishes
+from advise_ros.core.site.wishes import ALIKE, GRADED, KEEP_OUT, Wishes
 
 MapsT = TypeVar('MapsT', bound=npt.NDArray[Any])
 # An answer is right with this probability; a right one calls each action otherwise than the map with the other; a wrong one is
@@ -38,6 +40,8 @@ CONTRADICTED = -2.0
 # The models of the pilot are fitted to the moves so often, and the maps drawn anew; before each fit those are dropped that are
 # behind by more than this [nat]: a fit makes up for less.
 BEHIND_BEFORE_FIT = (150.0, 30.0)
+# Maps by which each cell's probability is worked out, given all other cells.
+MARGINAL_MAPS = 10
 # How much shorter the drawings before the last fit are: they only have to find a map to fit to.
 EARLY = 0.5
 
@@ -54,10 +58,10 @@ class SamplerSettings:
         contradicted: kinds that are looked for when the maps contradict an answer; no measurement says yet that it pays.
     """
 
-    steps_per_cell: int = 50
-    least_steps: int = 12_000
-    last_per_cell: int = 150
-    last_least: int = 24_000
+    steps_per_cell: int = 25
+    least_steps: int = 8_000
+    last_per_cell: int = 75
+    last_least: int = 16_000
     maps: int = 100
     richer: tuple[Wishes, ...] = (GRADED,)
     contradicted: tuple[Wishes, ...] = ()
@@ -111,6 +115,9 @@ class SiteBelief:
     Attributes:
         maps: (k, cells) 1 for cells to keep out of, equally likely. With richer kinds of wishes what entering a cell costs in
             what entering one to keep out of does; (k, layers, cells) if that depends on the waypoint.
+        expected: (cells,) or (layers, cells) what entering each cell is expected to cost in the same measure: what a plan goes
+            by.
+        keep_out: (cells,) probability that the person wants the cell kept out of, on the way to one waypoint at least.
         doubting: (m, cells) or (m, layers, cells) maps that lie half-way to doubting the moves; for questions.
         doubt: probability that the moves are to be doubted so, after the answers.
         pilots: models of the pilot that explain the moves, the likeliest first.
@@ -119,23 +126,13 @@ class SiteBelief:
     """
 
     maps: Bytes | Floats
+    expected: Floats
+    keep_out: Floats
     doubting: Bytes | Floats
     pilots: tuple[PilotBelief, ...]
     answers: tuple[SiteAnswer, ...]
     flights: Moves
     doubt: float = DOUBT
-
-    @property
-    def expected(self) -> Floats:
-        """(cells,) or (layers, cells) mean of the maps: what a plan goes by."""
-        mean: Floats = self.maps.mean(axis=0)
-        return mean
-
-    @property
-    def keep_out(self) -> Floats:
-        """(cells,) probability that the person wants the cell kept out of, on the way to one waypoint at least."""
-        share: Floats = barred(self.maps).mean(axis=0)
-        return share
 
 
 def believe(
@@ -172,7 +169,8 @@ def tell(
         _drawn(layout, belief.flights, one.pilot, answers, prices, settings, rng, one.draws, one.wishes) for one in belief.pilots
     ]
     again = [_with_earlier(layout, one, before, answer) for one, before in zip(again, belief.pilots, strict=True)]
-    told = replace(_weighed(layout, tuple(again), belief.flights, answers, settings), doubt=_doubt_after(layout, belief, answer))
+    told = _weighed(layout, tuple(again), belief.flights, answers, prices, settings)
+    told = replace(told, doubt=_doubt_after(layout, belief, answer))
     plain = next((one for one in told.pilots if one.wishes == ALIKE), None)
     if plain is None or plain.draws.answers > CONTRADICTED:
         return told
@@ -205,8 +203,7 @@ def _with_earlier(layout: Layout, model: PilotBelief, before: PilotBelief, answe
     chosen = np.searchsorted(weight.cumsum() / weight.sum(), (np.arange(number) + 0.5) / number)
     kept = np.linspace(0, len(model.draws.maps) - 1, len(model.draws.maps) - number).round().astype(np.int64)
     maps = np.concatenate([earlier.maps[chosen], model.draws.maps[kept]])
-    levels = np.concatenate([earlier.log_posterior[chosen] + fit[chosen], model.draws.log_posterior[kept]])
-    return model._replace(draws=model.draws._replace(maps=maps, log_posterior=levels))
+    return model._replace(draws=model.draws._replace(maps=maps))
 
 
 def _prices(layout: Layout, cell_price: Floats | None) -> Floats:
@@ -225,7 +222,7 @@ def _first(layout: Layout, flights: Moves, prices: Floats, settings: SamplerSett
             _drawn(layout, flights, pilot, (), prices, settings, rng, one.draws, steps=steps)
             for pilot, one in zip(fitted, models, strict=True)
         )
-    return _weighed(layout, models, flights, (), settings)
+    return _weighed(layout, models, flights, (), prices, settings)
 
 
 def _with_richer(
@@ -246,7 +243,7 @@ def _with_richer(
             pilot = one.pilot.fitted(layout, flights, wishes, one.draws.best)
             one = _drawn(layout, flights, pilot, answers, prices, settings, rng, one.draws, wishes)
         models.append(one)
-    return belief if len(models) == len(belief.pilots) else _weighed(layout, tuple(models), flights, answers, settings)
+    return belief if len(models) == len(belief.pilots) else _weighed(layout, tuple(models), flights, answers, prices, settings)
 
 
 def _drawn(  # noqa: PLR0913, PLR0917 - what a drawing takes
@@ -295,7 +292,8 @@ def _masks(answer: SiteAnswer) -> tuple[int, int]:
 
 
 def _weighed(
-    layout: Layout, models: tuple[PilotBelief, ...], flights: Moves, answers: tuple[SiteAnswer, ...], settings: SamplerSettings,
+    layout: Layout, models: tuple[PilotBelief, ...], flights: Moves, answers: tuple[SiteAnswer, ...], prices: Floats,
+    settings: SamplerSettings,
 ) -> SiteBelief:
     """The maps of all models that are not far behind, each in proportion to its evidence."""
     kept = sorted(_within(models, HOPELESSLY_BEHIND), key=lambda one: -one.evidence)
@@ -305,7 +303,31 @@ def _weighed(
     shares = [round(one.weight * settings.maps) for one in kept]
     maps = _together(layout, kept, [spread(one.draws.maps, share) for one, share in zip(kept, shares, strict=True)])
     halves = [spread(one.draws.doubting, max(1, share // 2)) for one, share in zip(kept, shares, strict=True)]
-    return SiteBelief(maps, _together(layout, kept, halves), tuple(kept), answers, flights)
+    counted = [one for one, share in zip(kept, shares, strict=True) if share]
+    expected, keep_out = _marginals(layout, counted, flights, answers, prices)
+    return SiteBelief(maps, expected, keep_out, _together(layout, kept, halves), tuple(kept), answers, flights)
+
+
+def _marginals(
+    layout: Layout, models: list[PilotBelief], flights: Moves, answers: tuple[SiteAnswer, ...], prices: Floats,
+) -> tuple[Floats, Floats]:
+    """What entering each cell is expected to cost, (cells,) or (layers, cells), and (cells,) whether it is to be kept out of."""
+    shares = np.array([one.weight for one in models]) / sum(one.weight for one in models)
+    weights, barring = [], []
+    for one, share in zip(models, shares, strict=True):
+        maps = spread(one.draws.maps, math.ceil(share * MARGINAL_MAPS))
+        if one.wishes.own:
+            each = one.wishes.weights(layout, one.draws.maps)
+            weights.append(each.mean(axis=0))
+            barring.append(barred(each).mean(axis=0))
+        else:
+            likely = level_probabilities(problem_of(layout, flights, one.pilot, answers, prices, one.wishes), maps)
+            weights.append((likely @ one.wishes.level_weights)[None])
+            barring.append(likely[:, KEEP_OUT])
+    areas = max(len(each) for each in weights)
+    every = [np.broadcast_to(each, (areas, layout.n_cells)) for each in weights]
+    expected = rounded(np.tensordot(shares, every, 1), 30)
+    return expected if areas > 1 else expected[0], rounded(shares @ np.array(barring), 30)
 
 
 def _together(layout: Layout, models: list[PilotBelief], maps: list[Bytes]) -> Bytes | Floats:

@@ -52,7 +52,6 @@ class Draws(NamedTuple):
 
     Attributes:
         maps: (k, places) at temperature 1.
-        log_posterior: (k,) of these.
         doubting: (k, places) at the temperature of doubt.
         best: (places,) the likeliest map met.
         last: (copies, places) where the copies ended: the next run may begin there.
@@ -61,7 +60,6 @@ class Draws(NamedTuple):
     """
 
     maps: Bytes
-    log_posterior: Floats
     doubting: Bytes
     best: Bytes
     last: Bytes
@@ -87,13 +85,13 @@ def draw(problem: Problem, starts: Bytes, steps: int, keep: int, rng: np.random.
 @compiled
 def _draw(  # noqa: PLR0913, PLR0917 - what `draw` is given
     problem: Problem, starts: Bytes, temperatures: Floats, steps: int, keep: int, hotter: float, rng: np.random.Generator,
-) -> tuple[Bytes, Floats, Bytes, Bytes, Bytes, Floats, float]:
+) -> tuple[Bytes, Bytes, Bytes, Bytes, Floats, float]:
     copies, n = starts.shape
     chains = [new_chain(problem, starts[copy]) for copy in range(copies)]
     journal = new_journal(len(problem.layout.acting), len(problem.layout.beside), n)
     scratch = Scratch(np.empty(n, np.int64), np.empty(n, np.uint8), np.zeros(n, np.uint8), np.empty(n, np.int64))
     place = np.arange(copies)
-    maps, doubting, levels = np.zeros((keep, n), np.uint8), np.zeros((keep, n), np.uint8), np.zeros(keep)
+    maps, doubting = np.zeros((keep, n), np.uint8), np.zeros((keep, n), np.uint8)
     best, best_level, fit, answers = starts[0].copy(), np.array([-np.inf]), np.zeros(copies), 0.0
     rounds = max(steps // (copies * ROUND), BURN_IN + 1)
     burn_in, kept = rounds // BURN_IN, 0
@@ -112,12 +110,11 @@ def _draw(  # noqa: PLR0913, PLR0917 - what `draw` is given
         while kept < keep and (turn - burn_in + 1) * keep >= (kept + 1) * (rounds - burn_in):
             maps[kept] = chains[place[0]].levels
             doubting[kept] = chains[place[DOUBTING]].levels
-            levels[kept] = chains[place[0]].total.sum()
             kept += 1
     last = np.empty_like(starts)
     for copy in range(copies):
         last[copy] = chains[place[copy]].levels
-    return maps, levels, doubting, best, last, fit, answers
+    return maps, doubting, best, last, fit, answers
 
 
 class Scratch(NamedTuple):

@@ -77,6 +77,11 @@ class Wishes:
         odds = np.where(levels > KEEP_OUT, GRADED_ODDS, 0.0)
         return CompiledWishes(int(self.own), price, (levels == KEEP_OUT).astype(np.uint8), odds, OWN_ODDS)
 
+    @property
+    def level_weights(self) -> Floats:
+        """(levels,) what entering a cell costs beyond a step, in what entering a cell to keep out of does."""
+        return np.array([0.0, 1.0, self.dear / PRICE, -CORRIDOR_SAVES / PRICE][: 4 if self.graded else 2])
+
     def levels(self, layout: Layout, maps: Bytes) -> Bytes:
         """(..., areas, cells) levels that hold on the way to each waypoint, one area if they are the same for all.
 
@@ -94,8 +99,7 @@ class Wishes:
             layout: the site and the route.
             maps: (..., places).
         """
-        weights = np.array([0.0, 1.0, self.dear / PRICE, -CORRIDOR_SAVES / PRICE])
-        return weights[self.levels(layout, maps)]
+        return self.level_weights[self.levels(layout, maps)]
 
 
 ALIKE = Wishes('keep-out')

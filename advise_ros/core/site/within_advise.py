@@ -41,7 +41,8 @@ def belief_of(grid: Grid, counts: Counts, advice: AdviceState, seed: int, prior:
     belief = _remembered(BeliefKey(grid, counts.taken.astype(np.int64).tobytes(), seed, prior), answers)
     # Answers and layers of this route, which are the last: their states are its own.
     maps, doubting = (each if each.ndim == 2 else each[:, -grid.n_layers :] for each in (belief.maps, belief.doubting))
-    return replace(belief, maps=maps, doubting=doubting, answers=answers)
+    expected = belief.expected if belief.expected.ndim == 1 else belief.expected[-grid.n_layers :]
+    return replace(belief, maps=maps, expected=expected, doubting=doubting, answers=answers)
 
 
 class BeliefKey(NamedTuple):
