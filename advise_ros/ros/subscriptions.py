@@ -154,9 +154,16 @@ class RawSubscriptions:
                 self.left_out[topic] = types[0]
 
     def offers(self, topic: str) -> list[Qos]:
-        """What the present publishers of a topic offer, as bags store it; what we ask for when they are gone."""
-        profiles = [publisher.qos_profile for publisher in self._node.get_publishers_info_by_topic(topic)]
-        return [as_recorded(profile) for profile in profiles or [self._entries[topic].profile]]
+        """What the present publishers of a topic offer, as bags store it; what we ask for when they, or the context, are gone."""
+        return [as_recorded(profile) for profile in self._offered(topic) or [self._entries[topic].profile]]
+
+    def _offered(self, topic: str) -> list[QoSProfile]:
+        try:
+            return [publisher.qos_profile for publisher in self._node.get_publishers_info_by_topic(topic)]
+        except RuntimeError:
+            if self._node.context.ok():
+                raise
+            return []
 
     def _adapt(self, topic: str) -> None:
         publishers = self._node.get_publishers_info_by_topic(topic)

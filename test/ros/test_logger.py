@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import rclpy
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PoseStamped
@@ -17,8 +18,11 @@ from mcap.exceptions import EndOfFile
 from mcap.reader import make_reader
 from mcap.records import McapRecord, Message
 from mcap.stream_reader import StreamReader
+from rclpy.context import Context
+from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from rclpy.serialization import deserialize_message
+from rclpy.signals import SignalHandlerOptions
 from rosbags.highlevel import AnyReader
 from rosbags.interfaces import QosDurability, QosReliability
 from rosgraph_msgs.msg import Clock
@@ -31,6 +35,7 @@ from advise_ros.recording.bagrecords import RECORDS_TOPIC
 from advise_ros.recording.messages import Bag
 from advise_ros.recording.recover import is_whole
 from advise_ros.ros import qos
+from advise_ros.ros.subscriptions import RawSubscriptions, as_recorded
 from support.graph import Graph
 from support.processes import Process, executable, ros_arguments
 
@@ -302,3 +307,15 @@ def test_too_little_space_ends_the_bag_properly_and_raises_an_alarm(graph: Graph
     assert logger.running and is_whole(tmp_path / 'bag' / 'bag_0.mcap')
     assert stop(logger) == 1
     assert sum('stopped: only' in line for line in logger.err) == 1
+
+
+@pytest.mark.usefixtures('ros_env')
+def test_what_came_last_is_recorded_when_the_ros_context_is_gone() -> None:
+    """A signal ends the context at once, and the first message of a topic may still be on its way into the bag."""
+    context = Context()
+    rclpy.init(args=[], context=context, signal_handler_options=SignalHandlerOptions.NO)
+    node = Node('ending', context=context)
+    incoming = RawSubscriptions(node, ['words'], {'words': ('std_msgs/msg/String', qos.latched())})
+    context.try_shutdown()
+    assert incoming.offers('/words') == [as_recorded(qos.latched())]
+    node.destroy_node()
