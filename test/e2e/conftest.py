@@ -6,9 +6,9 @@ import pytest
 from playwright.sync_api import Browser
 
 from support.browser import chromium
-from support.fixtures import free_tcp_port, free_udp_port, graph, ros_env, square_file
+from support.fixtures import announcements, forks, free_tcp_port, free_udp_port, graph, ros_env, square_file
 
-__all__ = ['free_tcp_port', 'free_udp_port', 'graph', 'ros_env', 'square_file']
+__all__ = ['announcements', 'forks', 'free_tcp_port', 'free_udp_port', 'graph', 'ros_env', 'square_file']
 
 
 @pytest.fixture(scope='module')

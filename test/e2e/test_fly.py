@@ -18,7 +18,7 @@ WATCHED = ('--grid', FILES['--grid'], '--wish', FILES['--wish'], '--actors', '--
 
 
 def fly(graph: Graph, bag: Path, *arguments: str) -> Process:
-    return graph.start('fly', args=('--bag', str(bag), *arguments))
+    return graph.start_fresh('fly', args=('--bag', str(bag), *arguments))
 
 
 def wait_for(graph: Graph, session: Process, words: str) -> None:

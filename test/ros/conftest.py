@@ -13,7 +13,10 @@ Run them in the built environment: `make test`, or `./advise python -m pytest te
 
 - `graph.start(name, params, remaps, env, args, namespace)` -> Process: `.out`, `.err`, `.text`,
   `.wait_exit()`, `.terminate()`, `.signal(SIGINT)`, `.kill()`, `.running`. Do not parse `.out`: the
-  middleware writes there too.
+  middleware writes there too. It is a real process with its own DDS participant, signals and exit code; its imports are
+  done once for all, as it is forked from a process that has imported what its executable imports
+  (support/fork_server.py). Who tests imports, the start, memory or what /proc says of it has it begin from nothing:
+  `graph.start_fresh(name, params, ...)`. test_graph_fixture.py does so for each executable.
 - `graph.run(name, *args)` the same, and waits for its end: look at `.popen.returncode`.
 - `graph.wait_for(topic, type, predicate, qos, timeout_s, new)` the first message that fits, of all heard
   since the first `listen` / `wait_for` on that topic (`new=True`: only of those to come).
@@ -27,6 +30,6 @@ after its limit, or at once when a process ends with an exit code other than 0 t
 At the end everything is stopped by SIGINT; a process that does not stop, or leaves children, fails the test.
 """
 
-from support.fixtures import free_tcp_port, free_udp_port, graph, ros_env, square_file
+from support.fixtures import announcements, forks, free_tcp_port, free_udp_port, graph, ros_env, square_file
 
-__all__ = ['free_tcp_port', 'free_udp_port', 'graph', 'ros_env', 'square_file']
+__all__ = ['announcements', 'forks', 'free_tcp_port', 'free_udp_port', 'graph', 'ros_env', 'square_file']

@@ -1,9 +1,14 @@
 """The test harness itself: what it promises must hold, or the tests that build on it prove little."""
 
+import os
+import re
+import signal
 import sys
 import threading
+from pathlib import Path
 
 import pytest
+from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
@@ -12,7 +17,17 @@ from std_srvs.srv import Trigger
 
 from advise_ros.ros.background import BackgroundSpin
 from support.graph import Graph
-from support.processes import living_in_group, ros_arguments
+from support.parameters import parameter
+from support.paths import ROOT
+from support.processes import Process, living_in_group, ros_arguments
+
+GRID = str(ROOT / 'config' / 'grid_6x6.yaml')
+# Executable -> what it has to be given; teleop needs a terminal, and test_teleop.py starts it in one.
+NODES: dict[str, dict[str, str | int]] = {
+    'advise': {'grid_file': GRID}, 'console': {'port': 0}, 'expert': {}, 'guard': {'fence': 'off'},
+    'logger': {'bag': '{tmp_path}/bag'}, 'mavlink_bridge': {'url': 'udpin:127.0.0.1:{free_udp_port}', 'fence': 'off'},
+    'pilot': {'grid_file': GRID}, 'policy': {}, 'recorder': {'grid_file': GRID}, 'simulator': {},
+}
 
 ECHO = """
 import rclpy
@@ -87,3 +102,58 @@ def test_a_thread_that_spins_ends_before_its_executor(graph: Graph) -> None:
         spin.stop()
         assert node.get_name() not in {thread.name for thread in threading.enumerate()}
         node.destroy_node()
+
+
+# -- forked and fresh -------------------------------------------------------------------------
+def is_up(graph: Graph, name: str) -> None:
+    assert parameter(graph, name, 'use_sim_time') is False
+
+
+@pytest.mark.parametrize('fresh', [True, False])
+@pytest.mark.parametrize('name', NODES)
+def test_each_node_starts_and_ends(graph: Graph, tmp_path: Path, free_udp_port: int, name: str, fresh: bool) -> None:
+    """A whole start of each executable, whatever other tests fork."""
+    places = {'tmp_path': tmp_path, 'free_udp_port': free_udp_port}
+    given = {key: value.format(**places) if isinstance(value, str) else value for key, value in NODES[name].items()}
+    process = (graph.start_fresh if fresh else graph.start)(name, given)
+    is_up(graph, name)
+    server = Path(f'/proc/{process.pid}/cmdline').read_text().split('\0')
+    assert any(word.endswith('forking.py') for word in server) != fresh
+    assert process.terminate() == 0, process.describe()
+    assert 'Traceback' not in process.text
+
+
+def as_the_kernel_sees_it(process: Process) -> tuple[object, ...]:
+    """Session, process group, signals, directory and streams of a process."""
+    status = Path(f'/proc/{process.pid}/status').read_text()
+    folder = Path(f'/proc/{process.pid}')
+    return (
+        os.getsid(process.pid) == process.pid, os.getpgid(process.pid) == process.pid,
+        re.findall(r'^Sig(?:Blk|Ign|Cgt):.*$', status, re.MULTILINE), re.findall('^Umask:.*$', status, re.MULTILINE),
+        (folder / 'cwd').readlink(), [(folder / 'fd' / str(number)).readlink().name.split(':')[0] for number in range(3)],
+        len(list((folder / 'fd').iterdir())),
+    )
+
+
+def test_a_forked_node_differs_from_a_fresh_one_in_nothing_that_tests_look_at(graph: Graph) -> None:
+    graph.start('guard', {'fence': 'off'}, remaps={'__node': 'before'})  # The forked one has an elder sister.
+    is_up(graph, 'before')
+    seen = []
+    for start in (graph.start_fresh, graph.start):
+        process = start('guard', {'fence': 'off'})
+        graph.wait_for('/diagnostics', DiagnosticArray, lambda array: array.status[0].name == '/guard', new=True)
+        there = as_the_kernel_sees_it(process)
+        process.kill()
+        killed = process.popen.returncode
+        wrong = start('guard', args=['--sped'])
+        seen.append((there, killed, wrong.wait_exit(), wrong.out, wrong.err))
+    fresh, forked = seen
+    assert forked == fresh
+    assert forked[1:3] == (-signal.SIGKILL, 2)
+
+
+def test_what_is_read_while_importing_is_never_shared(graph: Graph) -> None:
+    graph.start('guard', {'fence': 'off'})
+    process = graph.start('guard', {'fence': 'off'}, env={'OPENBLAS_NUM_THREADS': '1'}, remaps={'__node': 'alone'})
+    is_up(graph, 'alone')
+    assert b'OPENBLAS_NUM_THREADS=1' in Path(f'/proc/{process.pid}/environ').read_bytes()

@@ -31,12 +31,12 @@ def test_what_is_chosen(given: dict[str, str], chosen: dict[str, str]) -> None:
 
 @pytest.mark.parametrize('discovery', ['LOCALHOST', 'SUBNET'])
 def test_what_flies_shares_no_memory_and_is_found(graph: Graph, discovery: str) -> None:
-    node = graph.start('guard', {'fence': 'off'}, env={RANGE: discovery, PROFILES: '', TRANSPORTS: ''})
+    node = graph.start_fresh('guard', {'fence': 'off'}, env={RANGE: discovery, PROFILES: '', TRANSPORTS: ''})
     graph.wait_for('/diagnostics', DiagnosticArray, lambda array: array.status[0].name == '/guard')
     assert '/dev/shm/fastrtps' not in Path(f'/proc/{node.pid}/maps').read_text()
 
 
 def test_others_keep_what_ros_gives_them(graph: Graph) -> None:
-    node = graph.start('recorder', {'grid_file': str(ROOT / 'config' / 'grid_6x6.yaml')})
+    node = graph.start_fresh('recorder', {'grid_file': str(ROOT / 'config' / 'grid_6x6.yaml')})
     graph.wait_for('/diagnostics', DiagnosticArray, lambda array: array.status[0].name == '/recorder')
     assert '/dev/shm/fastrtps' in Path(f'/proc/{node.pid}/maps').read_text()

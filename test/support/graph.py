@@ -17,7 +17,8 @@ from rclpy.qos import QoSProfile
 from rclpy.signals import SignalHandlerOptions
 
 from advise_ros.ros.background import BackgroundSpin
-from support.processes import Process, executable, ros_arguments
+from support.fork_server import ForkServers, is_read_early
+from support.processes import Process, Started, executable, ros_arguments, start_fresh
 
 # A busy machine may take long for anything; who waits in vain waits once.
 PATIENCE_S = 120.0
@@ -33,8 +34,11 @@ class Graph:
         env: the environment that processes are started with.
     """
 
-    def __init__(self, domain_id: int, env: Mapping[str, str], namespace: str = '') -> None:
+    def __init__(
+        self, domain_id: int, env: Mapping[str, str], namespace: str = '', forks: ForkServers | None = None,
+    ) -> None:
         self.domain_id = domain_id
+        self._forks = forks
         self.env = dict(env)
         self.processes: list[Process] = []
         self._changed = threading.Condition()
@@ -63,13 +67,29 @@ class Graph:
         args: Sequence[str] = (),
         namespace: str = '',
     ) -> Process:
-        """Start an executable; `args` come before the ROS arguments."""
+        """Start an executable; `args` come before the ROS arguments.
+
+        Where the graph has `forks` it is forked, unless `env` holds what imports may read.
+        """
         command = [executable(name), *args, *ros_arguments(params or {}, remaps or {}, namespace)]
-        return self.start_command(name, command, env)
+        given = {**self.env, **(env or {})}
+        forks = None if any(map(is_read_early, env or {})) else self._forks
+        return self._watch(name, forks.start(command, given) if forks else start_fresh(command, given))
+
+    def start_fresh(self, name: str, params: Mapping[str, Any] | None = None, **more: Any) -> Process:
+        """As `start`, but from nothing, never forked."""
+        forks, self._forks = self._forks, None
+        try:
+            return self.start(name, params, **more)
+        finally:
+            self._forks = forks
 
     def start_command(self, name: str, command: Sequence[str], env: Mapping[str, str] | None = None) -> Process:
         """Start any program in the graph's environment."""
-        process = Process(name, command, {**self.env, **(env or {})}, self.notify)
+        return self._watch(name, start_fresh(command, {**self.env, **(env or {})}))
+
+    def _watch(self, name: str, started: Started) -> Process:
+        process = Process(name, started, self.notify)
         self.processes.append(process)
         return process
 

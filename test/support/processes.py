@@ -10,7 +10,7 @@ import threading
 import time
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import IO, Any
+from typing import IO, Any, Protocol
 
 TAIL = 15
 
@@ -58,6 +58,35 @@ def living_in_domain(domain: str) -> dict[int, str]:
     return {number: command for number, command in found.items() if command}
 
 
+class Started(Protocol):
+    """What a subprocess.Popen and a forked process have in common."""
+
+    pid: int
+    returncode: int | None
+
+    @property
+    def stdout(self) -> IO[str] | None: ...
+
+    @property
+    def stderr(self) -> IO[str] | None: ...
+
+    def poll(self) -> int | None: ...
+
+    def wait(self, timeout: float | None = None) -> int: ...
+
+    def send_signal(self, number: int, /) -> None: ...
+
+    def kill(self) -> None: ...
+
+
+def start_fresh(command: Sequence[str], env: Mapping[str, str]) -> Started:
+    """A process that begins from nothing, in a session of its own, with pipes for its output."""
+    return subprocess.Popen(
+        list(command), env=dict(env), stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+        text=True, errors='replace', start_new_session=True,
+    )
+
+
 class Process:
     """A child in its own process group.
 
@@ -69,16 +98,13 @@ class Process:
             process with a code other than 0 fails the test.
     """
 
-    def __init__(self, name: str, command: Sequence[str], env: Mapping[str, str], notify: Callable[[], None]) -> None:
+    def __init__(self, name: str, popen: Started, notify: Callable[[], None]) -> None:
         self.name = name
         self.out: list[str] = []
         self.err: list[str] = []
         self.expected_to_end = False
         self._notify = notify
-        self.popen = subprocess.Popen(
-            list(command), env=dict(env), stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-            text=True, errors='replace', start_new_session=True,
-        )
+        self.popen = popen
         self._readers = [self._read(self.popen.stdout, self.out), self._read(self.popen.stderr, self.err)]
 
     def _read(self, stream: IO[str] | None, lines: list[str]) -> threading.Thread:
