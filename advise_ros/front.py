@@ -6,11 +6,13 @@ Only what the standard library is enough for is imported before the handlers sta
 from __future__ import annotations
 
 import atexit
+import gc
 import os
 import signal
 from collections.abc import Callable
 from functools import partial
 from importlib import import_module
+from typing import Any
 
 from advise_ros.exits import INTERRUPTED, fail
 from advise_ros.middleware import FLYING, without_shared_memory
@@ -44,7 +46,7 @@ class Front:
         if name in FLYING:
             without_shared_memory(os.environ)
         try:
-            main = import_module(f'{self._package}.{name}').main
+            main = _imported(f'{self._package}.{name}').main
             for number in watched:
                 signal.signal(number, signal.default_int_handler)  # SIGTERM leaves by KeyboardInterrupt, too: in good order.
             main()
@@ -60,6 +62,15 @@ class Front:
 
     def _leave(self, *_: object) -> None:
         os._exit(self._interrupted)
+
+
+def _imported(name: str) -> Any:
+    """A module; what it brings stays, so looking through it for garbage meanwhile takes a tenth of the time for nothing."""
+    gc.disable()
+    try:
+        return import_module(name)
+    finally:
+        gc.enable()
 
 
 # A node that has not begun is stopped cleanly; a command has not done what it was asked.

@@ -9,9 +9,8 @@ from advise_ros.console.flight_goals import Reply, no, resolve
 from advise_ros.console.language import mark
 from advise_ros.console.listener import GraphListener
 from advise_ros.core.errors import AdviseError, InputError
-from advise_ros.missions.files import WRITERS
 from advise_ros.missions.from_grid import cells_flown, mission_of
-from advise_ros.missions.mission import FlightMission
+from advise_ros.missions.mission import FORMS, FlightMission
 from advise_ros.missions.upload import upload
 from advise_ros.recording.place import Place
 
@@ -30,19 +29,21 @@ class RouteDelivery:
         """
         self._listener, self._place, self._mission_url = listener, place, mission_url
         self._sending = threading.Lock()
-        listener.board.put('delivery', {'forms': list(WRITERS), 'placed': place is not None, 'vehicle': bool(mission_url)})
+        listener.board.put('delivery', {'forms': list(FORMS), 'placed': place is not None, 'vehicle': bool(mission_url)})
 
     def file(self, form: str) -> Reply:
         """The route as a file's text.
 
         Args:
-            form: ending of the file's name, one of `missions.files.WRITERS`.
+            form: ending of the file's name, one of `missions.mission.FORMS`.
 
         Raises:
             InputError: there is no such form, or no route to write.
         """
-        if form not in WRITERS:
-            raise InputError(f'{form!r} is no form of a route; there are {", ".join(WRITERS)}')
+        from advise_ros.missions.files import WRITERS  # noqa: PLC0415  its libraries are slow to import
+
+        if form not in FORMS:
+            raise InputError(f'{form!r} is no form of a route; there are {", ".join(FORMS)}')
         text = WRITERS[form](self._mission())
         return {'ok': True, 'message': f'the route is in route{form}', 'name': f'route{form}', 'text': text}
 

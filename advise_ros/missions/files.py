@@ -8,11 +8,11 @@ from pathlib import Path
 from advise_ros.core.errors import InputError
 from advise_ros.missions.geojson_file import read_geojson, write_geojson
 from advise_ros.missions.kml_file import MOST_BYTES, ZIP, read_kml, write_kml
-from advise_ros.missions.mission import FlightMission
+from advise_ros.missions.mission import FORMS, FlightMission
 from advise_ros.missions.plan_file import read_plan, write_plan
 from advise_ros.missions.waypoint_file import read_waypoints, write_waypoints
 
-WRITERS = {'.plan': write_plan, '.waypoints': write_waypoints, '.kml': write_kml, '.geojson': write_geojson}
+WRITERS = dict(zip(FORMS, (write_plan, write_waypoints, write_kml, write_geojson), strict=True))
 KNOWN = "QGroundControl's .plan, .waypoints (QGC WPL), .kml, .kmz and .geojson"
 
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 import re
 from typing import NamedTuple
 
+# Endings of the files that a mission is written to.
+FORMS = ('.plan', '.waypoints', '.kml', '.geojson')
 # What the name of an area says where the file has no better way to say it.
 KEEP_OUT = re.compile(r'keep.?out|exclu|no.?fly|forbid|restrict|sperr|verbot', re.IGNORECASE)
 

@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+from importlib.util import find_spec
+
 import rclpy
 from rclpy.clock import Clock, ClockType
 
 from advise_ros import exits
 from advise_ros.config import ConsoleConfig
+from advise_ros.console.first_visit import FirstVisit, Server
 from advise_ros.console.hand import HandFlight
 from advise_ros.console.listener import GraphListener
 from advise_ros.console.port import HOST, bind
 from advise_ros.console.protection import Gate
 from advise_ros.console.requests import RequestDispatcher
 from advise_ros.console.route_delivery import RouteDelivery
-from advise_ros.console.server import PageServer
 from advise_ros.recording.gridfile import load_grid, load_place
 from advise_ros.ros import diagnostics, run
 from advise_ros.ros.configured import ConfiguredNode
@@ -52,7 +54,14 @@ class ConsoleNode(ConfiguredNode):
         hand = HandFlight(self, listener.board, self.config.speed_m_s, self.config.climb_m_s)
         place = load_place(self.config.grid_file) if self.config.grid_file else None
         delivery = RouteDelivery(listener, place, self.config.mission_url)
-        self._server = PageServer(listener, RequestDispatcher(self, listener, hand, delivery), gate, bound, self.config)
+        dispatcher = RequestDispatcher(self, listener, hand, delivery)
+
+        def page_server() -> Server:
+            from advise_ros.console.server import PageServer  # noqa: PLC0415  slow to import; nobody may ever look
+
+            return PageServer(listener, dispatcher, gate, bound, self.config)
+
+        self._server = FirstVisit(bound, page_server)
         self._address = f'http://{HOST}:{port}/?token={gate.token}'
         # The server starts once the node spins, so that a page never waits for a node that does not come up.
         steady = Clock(clock_type=ClockType.STEADY_TIME)
@@ -77,5 +86,7 @@ class ConsoleNode(ConfiguredNode):
 
 
 def main() -> None:
+    if find_spec('nicegui') is None:  # Else it would be missed at the first visit only.
+        raise ModuleNotFoundError('no nicegui', name='nicegui')
     # The server's event loop may still hold a connection; it must not meet an interpreter that is being taken down.
     run.exit_now(run.run_node(ConsoleNode, ConsoleConfig))

@@ -59,12 +59,12 @@ class LoggerNode(ConfiguredNode):
         if not self.config.bag:
             raise InputError("parameter 'bag' is empty; name the directory to write, e.g. -p bag:=session1")
         self.exit_code = exits.OK
-        self._diagnostics = Diagnostics(self)
+        self._diagnostics = Diagnostics(self, self._report)
         self._end_reported = False
         self._opened: set[str] = set()
         self._simulated = bool(self.get_parameter('use_sim_time').value)
         self._simulated_ns = 0
-        made_on = platform.describe()  # Takes a while: nothing may wait to be taken meanwhile.
+        made_on = platform.describe()  # May take a while: nothing may wait to be taken meanwhile.
         self._incoming = self._subscribe()
         self._writer = self._open_bag()
         self._writer.add_record(PLATFORM_RECORD, made_on)
@@ -72,7 +72,6 @@ class LoggerNode(ConfiguredNode):
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(min(TAKE_PERIOD_S, self.config.flush_s / 4), self._take, clock=steady)
         self.create_timer(DISCOVERY_PERIOD_S, self._discover, clock=steady)
-        self.create_timer(self.config.flush_s, self._report, clock=steady)
 
     def _subscribe(self) -> RawSubscriptions:
         asked = [pattern.strip() for pattern in self.config.topics.split(',') if pattern.strip()]

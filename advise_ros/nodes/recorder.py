@@ -34,7 +34,7 @@ from advise_ros.ros.track import TrackTopic
 ResponseT = TypeVar('ResponseT', Trigger.Response, srv.TakeBack.Response)
 POLL_S = 0.05
 # A player faster than real time waits for these counts, so they are also published after this many messages.
-REPORT_S, REPORT_POSES = 1.0, 50
+REPORT_POSES = 50
 POLICY_TOPIC = 'policy/status'
 # The track has a point each time the drone has moved by this share of a cell.
 TRACK_STEP_CELLS = 0.1
@@ -80,7 +80,7 @@ class RecorderNode(ConfiguredNode):
         self._publisher = self.create_publisher(msg.Demonstration, 'demonstration', qos.DEMONSTRATIONS)
         self._path = self.create_publisher(Path, 'recorder/path', qos.DEMONSTRATIONS)
         self._track = TrackTopic(self, TRACK_STEP_CELLS * self._grid.resolution_m)
-        self._diagnostics = Diagnostics(self)
+        self._diagnostics = Diagnostics(self, self._report)
         self._diagnostics.meter('pose', 'cmd_vel')
         {'topics': self._open_topics, 'mavlink': self._open_mavlink, 'tlog': self._open_tlog}[self.config.source]()
         self.create_subscription(msg.Demonstration, 'demonstration', self._on_demonstration, qos.DEMONSTRATIONS)
@@ -88,9 +88,7 @@ class RecorderNode(ConfiguredNode):
         for name, reply in (('start', self._start), ('stop', self._stop), ('discard', self._discard)):
             self.create_service(Trigger, f'recorder/{name}', reply)
         self.create_service(srv.TakeBack, 'recorder/take_back', self._take_back)
-        steady = Clock(clock_type=ClockType.STEADY_TIME)
-        self.create_timer(POLL_S, self._poll, clock=steady)
-        self.create_timer(REPORT_S, self._report, clock=steady)
+        self.create_timer(POLL_S, self._poll, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
     def _source(self) -> str:
         if self.config.source == 'tlog':

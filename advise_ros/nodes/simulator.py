@@ -58,10 +58,8 @@ class SimulatorNode(ConfiguredNode):
         self._clock_sent_ns = 0
         self._spoken_to = False
         self._clock_publisher = self.create_publisher(ClockMessage, '/clock', qos.COMMAND) if self.config.publish_clock else None
-        self._diagnostics = Diagnostics(self)
-        steady = Clock(clock_type=ClockType.STEADY_TIME)
-        self.create_timer(self._timer_period_s(), self._turn, clock=steady)
-        self.create_timer(1.0, self._report, clock=steady)
+        self._diagnostics = Diagnostics(self, self._report)
+        self.create_timer(self._timer_period_s(), self._turn, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
     def _open(self, parameter: str) -> SimulatorLink:
         key = optional_key(self.config.signing_key_file)

@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-import ast
 import hashlib
-import io
 import platform
-import tokenize
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 import advise_ros
+from advise_ros.recording.code_digest import core_digest
 
 NUMERIC_PACKAGES = ('numpy', 'scipy', 'highspy', 'scikit-learn', 'cvxpy', 'piqp', 'qdldl', 'clarabel')
-CORE = Path(__file__).parents[1] / 'core'
 CPU_INFO = Path('/proc/cpuinfo')
 
 
@@ -30,7 +27,7 @@ def describe() -> dict[str, str]:
 def _described() -> dict[str, str]:
     return {
         'advise_ros': advise_ros.__version__,
-        'core': digest_of_code(CORE),
+        'core': core_digest(),
         'python': platform.python_version(),
         'system': platform.system(),
         'machine': platform.machine(),
@@ -69,29 +66,3 @@ LEFT_OUT_RECORD = 'not recorded'
 # In a record of parameters, when they were read (the logger's clock): a node may be started again with others. Bags of
 # earlier versions do not hold it.
 READ_AT = 'log time (ns)'
-
-
-DOCUMENTED = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
-DIGITS = 16
-
-
-def digest_of_code(directory: Path) -> str:
-    """DIGITS hexadecimal digits for the code of all modules below a directory and their paths in it."""
-    found = hashlib.sha256()
-    for file in sorted(directory.rglob('*.py')):
-        found.update(file.relative_to(directory).as_posix().encode() + b'\0' + _code(file.read_text(encoding='utf-8')).encode())
-    return found.hexdigest()[:DIGITS]
-
-
-def _code(source: str) -> str:
-    """The lines of a module that do something, without the comments at their ends."""
-    lines = source.splitlines()
-    for token in tokenize.generate_tokens(io.StringIO(source).readline):
-        if token.type == tokenize.COMMENT:
-            row, column = token.start
-            lines[row - 1] = lines[row - 1][:column]
-    for node in ast.walk(ast.parse(source)):
-        if isinstance(node, DOCUMENTED) and ast.get_docstring(node, clean=False) is not None:
-            text = node.body[0]
-            lines[text.lineno - 1 : text.end_lineno] = [''] * ((text.end_lineno or text.lineno) - text.lineno + 1)
-    return '\n'.join(line.rstrip() for line in lines if line.strip())

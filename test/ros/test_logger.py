@@ -299,6 +299,14 @@ def test_files_are_split_by_size_and_time(graph: Graph, tmp_path: Path) -> None:
     assert {'bag_0.mcap', 'bag_1.mcap', 'bag_2.mcap'} <= {file.name for file in (tmp_path / 'bag').iterdir()}
 
 
+def test_a_topic_that_begins_when_ros_is_gone_has_the_profile_that_was_asked_for(graph: Graph) -> None:
+    context = Context()
+    rclpy.init(context=context, domain_id=graph.domain_id, signal_handler_options=SignalHandlerOptions.NO)
+    incoming = RawSubscriptions(Node('ended', context=context), [], {'pose': ('geometry_msgs/msg/PoseStamped', qos.SENSOR)})
+    context.shutdown()
+    assert incoming.offers('/pose') == [as_recorded(qos.SENSOR)]
+
+
 def test_too_little_space_ends_the_bag_properly_and_raises_an_alarm(graph: Graph, tmp_path: Path) -> None:
     free_mib = shutil.disk_usage(tmp_path).free // 2**20
     params = {'bag': str(tmp_path / 'bag'), 'flush_s': 0.1, 'min_free_mib': min(2 * free_mib, 2**20)}

@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from threadpoolctl import threadpool_limits
 
-from advise_ros import core
 from advise_ros.experiments.routes.cases import RouteCase, trial_of
 from advise_ros.experiments.routes.two import agreement
 from advise_ros.experiments.routes.ways import SECOND_WAYS, WAYS
 from advise_ros.experiments.store import Store, key_of
-from advise_ros.recording.platform import digest_of_code
+from advise_ros.recording.code_digest import core_digest
 
 # Beside the ways: whether the flights are said to be one person's.
 AGREEMENT = 'agreement'
@@ -45,18 +43,13 @@ class RouteTask(NamedTuple):
 
 def route_key(case: RouteCase, way: str) -> str:
     """Of the results of a way in a case."""
-    return key_of('routes', _code(), case, way)
+    return key_of('routes', core_digest(), case, way)
 
 
 def outcomes(store: Store, case: RouteCase, way: str, seeds: range) -> list[dict[str, Any]]:
     """The results that there are, in the order of their seeds."""
     found = (store[route_key(case, way), seed] for seed in seeds)
     return [one for one in found if one is not None]
-
-
-@lru_cache(maxsize=1)
-def _code() -> str:
-    return digest_of_code(Path(core.__file__).parent)
 
 
 def _measured(case: RouteCase, way: str, seed: int) -> dict[str, Any] | None:

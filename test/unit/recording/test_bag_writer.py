@@ -226,19 +226,6 @@ def test_an_unknown_type_is_one_sentence() -> None:
         definition('foo_msgs/msg/Bar')
 
 
-def test_comments_and_docstrings_do_not_change_the_digest_and_code_does(tmp_path: Path) -> None:
-    bare = 'def f(a):\n    return f"{a} # 1"\n'
-    documented = '"""A module."""\n\n# Why.\ndef f(a):\n    """Say.\n\n    More.\n    """\n    return f"{a} # 1"  # Because.\n'
-    told = {source: digest_of(tmp_path, source) for source in (bare, documented, bare.replace('1', '2'), 'x = """A."""\n')}
-    assert told[bare] == told[documented]
-    assert len(set(told.values())) == 3
-
-
-def digest_of(folder: Path, source: str) -> str:
-    (folder / 'module.py').write_text(source)
-    return platform.digest_of_code(folder)
-
-
 def test_the_platform_names_what_decides_floats() -> None:
     described = platform.describe()
     assert set(described) >= {'advise_ros', 'python', 'machine', 'cpu', 'numpy', 'scipy', 'highspy', 'scikit-learn'}
