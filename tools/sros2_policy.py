@@ -23,7 +23,7 @@ LEARNT = ('advise/policy', 'advise/query', 'advise/status', 'advise/advice_log')
 PICTURES = tuple(
     f'advise/{name}' for name in ('uncertainty', 'reward', 'site_map', 'site_prior', 'markers', 'route', 'map')
 )
-SHOWN = ('recorder/path', 'recorder/track', 'guard/cmd_vel', 'guard/pose')
+SHOWN = ('recorder/path', 'recorder/track', 'guard/cmd_vel', 'guard/pose', 'advise/geo_route')
 FLOWN = ('pose', 'cmd_vel', 'vehicle_status')
 SESSION = (*FLOWN, 'odom', 'battery_state', 'demonstration', *LEARNT, *PICTURES, 'policy/status', 'diagnostics')
 ANSWERING = tuple(f'advise/{name}' for name in ('answer', 'preview', 'undo', 'retract'))
@@ -31,6 +31,12 @@ VEHICLE = tuple(f'mavlink_bridge/{name}' for name in ('arm', 'takeoff', 'land', 
 RECORDING = tuple(f'recorder/{name}' for name in ('start', 'stop', 'discard'))
 TEACHING = (*RECORDING, 'recorder/take_back')
 GUARD = ('guard/stop', 'guard/release')
+# Whatever version of its message each has.
+PX4_READS = tuple(f'fmu/in/{name}*' for name in ('offboard_control_mode', 'trajectory_setpoint', 'vehicle_command'))
+PX4_SAYS = tuple(f'fmu/out/{name}*' for name in (
+    'battery_status', 'vehicle_command_ack', 'vehicle_land_detected', 'vehicle_local_position', 'vehicle_odometry',
+    'vehicle_status',
+))
 LIFE_CYCLE = ('change_state', 'get_state', 'get_available_states', 'get_available_transitions', 'get_transition_graph')
 
 
@@ -40,7 +46,11 @@ def of(node: str, names: tuple[str, ...]) -> tuple[str, ...]:
 
 
 class Grants(NamedTuple):
-    """Names, relative to the namespace, beside those that every node has."""
+    """Names, relative to the namespace, beside those that every node has.
+
+    Attributes:
+        node: its name, where that is not the enclave's.
+    """
 
     publish: tuple[str, ...] = ()
     subscribe: tuple[str, ...] = ()
@@ -48,13 +58,20 @@ class Grants(NamedTuple):
     request: tuple[str, ...] = ()
     execute: tuple[str, ...] = ()
     call: tuple[str, ...] = ()
+    node: str = ''
 
+
+BRIDGE = Grants(
+    ('pose', 'battery_state', 'vehicle_status', 'mavlink_bridge/transition_event'), ('cmd_vel',),
+    (*VEHICLE, *of('mavlink_bridge', LIFE_CYCLE)),
+)
 
 GRANTS: dict[str, Grants] = {
     'simulator': Grants(publish=('clock',)),
-    'mavlink_bridge': Grants(
-        ('pose', 'battery_state', 'vehicle_status', 'mavlink_bridge/transition_event'), ('cmd_vel',),
-        (*VEHICLE, *of('mavlink_bridge', LIFE_CYCLE)),
+    'mavlink_bridge': BRIDGE,
+    # The same on PX4's topics, where others than it must not write.
+    'mavlink_bridge_px4_dds': BRIDGE._replace(
+        publish=(*BRIDGE.publish, *PX4_READS), subscribe=(*BRIDGE.subscribe, *PX4_SAYS), node='mavlink_bridge',
     ),
     'guard': Grants(
         ('guard/cmd_vel', 'guard/pose', 'guard/transition_event'), ('cmd_vel', 'pose'), (*GUARD, *of('guard', LIFE_CYCLE)),
@@ -63,7 +80,7 @@ GRANTS: dict[str, Grants] = {
         ('demonstration', 'recorder/path', 'recorder/track'),
         (*FLOWN, 'odom', 'policy/status', 'demonstration', 'advise/status'), TEACHING,
     ),
-    'advise': Grants((*LEARNT, *PICTURES, 'demonstration'), ('demonstration',), ANSWERING),
+    'advise': Grants((*LEARNT, *PICTURES, 'advise/geo_route', 'demonstration'), ('demonstration',), ANSWERING),
     'policy': Grants(
         ('cmd_vel', 'policy/status', 'policy/transition_event'), ('advise/policy', 'vehicle_status', 'pose'),
         ('policy/stop', *of('policy', LIFE_CYCLE)), execute=('policy/fly',),
@@ -86,12 +103,12 @@ GRANTS: dict[str, Grants] = {
 
 
 def policy() -> ET.Element:
-    """The policy of all enclaves, one for each node."""
+    """The policy of all enclaves."""
     root = ET.Element('policy', version='0.2.0')
     contexts = ET.SubElement(root, 'contexts')
-    for node, grants in GRANTS.items():
-        context = ET.SubElement(contexts, 'context', path=f'{ENCLAVES}/{node}')
-        profile = ET.SubElement(ET.SubElement(context, 'profiles'), 'profile', ns='/', node=node)
+    for enclave, grants in GRANTS.items():
+        context = ET.SubElement(contexts, 'context', path=f'{ENCLAVES}/{enclave}')
+        profile = ET.SubElement(ET.SubElement(context, 'profiles'), 'profile', ns='/', node=grants.node or enclave)
         _allow(profile, 'action', 'call', grants.call)
         _allow(profile, 'action', 'execute', grants.execute)
         _allow(profile, 'service', 'reply', (*PARAMETER_SERVICES, *grants.reply))

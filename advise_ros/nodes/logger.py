@@ -39,8 +39,9 @@ class LoggerNode(ConfiguredNode):
 
     By default: pose, odom, cmd_vel, vehicle_status, battery_state, demonstration, advise/query, advise/policy, advise/advice_log,
     advise/status, advise/uncertainty, advise/reward, advise/site_map, advise/site_prior, advise/markers, advise/route,
-    advise/map, recorder/path, recorder/track, guard/cmd_vel, guard/pose, policy/status, /parameter_events, /diagnostics and what
-    services publish of their calls (service_introspection); or the names and patterns in `topics`, also those that appear later.
+    advise/geo_route, advise/map, recorder/path, recorder/track, guard/cmd_vel, guard/pose, policy/status, /parameter_events,
+    /diagnostics and what services publish of their calls (service_introspection); or the names and patterns in `topics`, also
+    those that appear later.
     Messages are stored as they came (CDR) with their definitions and the profiles that publishers offer; the bag also holds the
     parameters of every node and the versions of the numeric packages, as metadata records and, for who converts it, on
     /bag_records. What others publish and it was not asked for is listed in the bag and at the end.

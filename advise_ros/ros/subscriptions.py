@@ -185,7 +185,8 @@ class RawSubscriptions:
                 message_class(type_name), topic, _never_called, _deep(profile), raw=True, callback_group=self._group,
             )
         except (ImportError, AttributeError, ValueError):
-            self.problems[topic] = f'{topic} is not recorded: its type {type_name} is not installed here'
+            package = type_name.partition('/')[0]
+            self.problems[topic] = f'{topic} is not recorded: its type {type_name} is not installed here; install {package}'
             return
         self._entries[topic] = _Entry(subscription, type_name, profile)
 

@@ -36,4 +36,6 @@ RECORDED: dict[str, tuple[str, QoSProfile]] = {
 
 # What the session's services publish of their calls, once someone has turned that on (parameter service_introspection).
 SERVING = ('advise', 'recorder', 'policy', 'mavlink_bridge', 'guard')
-RECORDED_PATTERNS = tuple(f'{node}/*/_service_event' for node in SERVING)
+# Recorded once somebody publishes it: its package is not among those that are always there.
+PUBLISHED_AT_TIMES = ('advise/geo_route',)
+RECORDED_PATTERNS = (*PUBLISHED_AT_TIMES, *(f'{node}/*/_service_event' for node in SERVING))

@@ -17,8 +17,8 @@ from std_srvs.srv import Trigger
 
 from advise_msgs.msg import VehicleStatus
 from advise_ros.ros import qos
-from support import px4_messages
 from support.flying import velocity
+from support.foreign_messages import PX4
 from support.graph import Graph
 from support.processes import Process
 from support.scripted_px4 import LAND, LOITER, OFFBOARD, ScriptedPx4
@@ -28,7 +28,7 @@ GRID = str(Path(__file__).parents[2] / 'config' / 'grid_6x6.yaml')
 
 @pytest.fixture(name='px4')
 def stand_in(graph: Graph) -> Iterator[Any]:
-    px4_messages.load()
+    PX4.load()
     from support.px4_dds import Px4OnDds
 
     px4 = Px4OnDds(graph, ScriptedPx4(drift_ned=(0.2, -0.2, 0.1)))
@@ -38,7 +38,7 @@ def stand_in(graph: Graph) -> Iterator[Any]:
 
 def start(graph: Graph, **params: object) -> Process:
     given = {'url': 'px4_dds:', 'grid_file': GRID, 'takeoff_altitude_m': 3.0, 'heartbeat_timeout_s': 1.0, **params}
-    return graph.start('mavlink_bridge', params=given, env=px4_messages.environment(graph.env))
+    return graph.start('mavlink_bridge', params=given, env=PX4.environment(graph.env))
 
 
 def status_of(graph: Graph, predicate: Callable[[VehicleStatus], Any], **kwargs: Any) -> VehicleStatus:

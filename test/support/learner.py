@@ -23,9 +23,10 @@ TOPICS = (
 )
 
 
-def write_grid(folder: Path, grid: Grid) -> str:
+def write_grid(folder: Path, grid: Grid, place: tuple[float, float] | None = None) -> str:
+    """A grid file; `place`: latitude and longitude of its origin."""
     path = folder / f'grid_{grid.width}.yaml'
-    path.write_text(f'grid: {grid_to_mapping(grid)}\n')
+    path.write_text(f"grid: {grid_to_mapping(grid) | ({'origin_wgs84': list(place)} if place else {})}\n")
     return str(path)
 
 

@@ -1,7 +1,7 @@
 """STAND-IN: a scripted PX4 behind the topics of its uXRCE-DDS client, as px4_msgs 1.17 has them.
 
 It behaves as badly as the real one was seen to, and by DDS worse than by MAVLink: a TrajectorySetpoint moves it in every
-mode. Import it after `support.px4_messages.load()`.
+mode. Import it after `support.foreign_messages.PX4.load()`.
 """
 
 from __future__ import annotations
