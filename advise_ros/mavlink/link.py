@@ -6,7 +6,7 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 from advise_ros.mavlink.framing import Framer
 from advise_ros.mavlink.messages import ATTITUDE, EKF_STATUS_REPORT, ESTIMATOR_STATUS, GPS_RAW_INT, ODOMETRY, Message
@@ -26,6 +26,47 @@ class Received(NamedTuple):
     message: Message
     at_s: float
     source: Address | None
+
+
+class AutopilotLink(Protocol):
+    """What a bridge needs of whatever leads to an autopilot.
+
+    Attributes:
+        unsent: messages that could not be sent.
+    """
+
+    unsent: int
+
+    @property
+    def problem(self) -> str:
+        """Why nothing comes, or not what is needed; '' if all is well."""
+
+    @property
+    def doubt(self) -> str:
+        """Why what is sent may be ignored; '' if there is no sign of it."""
+
+    @property
+    def bad_bytes(self) -> int:
+        """Bytes received that were no message."""
+
+    @property
+    def refused_signatures(self) -> int:
+        """Messages refused because of their signature."""
+
+    def start(self) -> None:
+        """Begin to receive."""
+
+    def poll(self) -> list[Received]:
+        """What arrived since the last call, oldest first."""
+
+    def answer_to(self, source: Address | None) -> None:
+        """Send to this address from now on, where there are several."""
+
+    def send(self, message: Message) -> bool:
+        """Send one message; False if that cannot be."""
+
+    def close(self) -> None:
+        """End it and give back what it claimed."""
 
 
 class Link:

@@ -14,10 +14,9 @@ from std_srvs.srv import Trigger
 
 from advise_ros.config import MavlinkBridgeConfig
 from advise_ros.core.errors import InputError
-from advise_ros.core.guard import rules
 from advise_ros.core.units import MAP_FRAME, ZERO
 from advise_ros.mavlink.companion import Companion, Settings, Status
-from advise_ros.mavlink.link import Link, Received
+from advise_ros.mavlink.link import AutopilotLink, Link, Received
 from advise_ros.mavlink.messages import Message
 from advise_ros.mavlink.px4_topics import SCHEME
 from advise_ros.mavlink.requests import Goal, GoalRequest
@@ -25,23 +24,11 @@ from advise_ros.mavlink.signing import optional_key
 from advise_ros.mavlink.stamps import NS_PER_MS
 from advise_ros.mavlink.vehicle import Attitude, Motion
 from advise_ros.nodes.bridge_services import BridgeServices
-from advise_ros.nodes.guard import (
-    FENCE_OFF,
-    answer_release,
-    answer_stop,
-    limits_of,
-    load_grid_of,
-    monitor_of,
-    put_command,
-    renewed,
-    set_rate,
-    with_speeds,
-)
+from advise_ros.nodes.checking import FENCE_OFF, CheckingNode, answer_release, answer_stop, load_grid_of, put_command
 from advise_ros.ros import diagnostics, parameters, qos, run
 from advise_ros.ros.autopilot_clock import ClockPublisher
 from advise_ros.ros.change_log import ChangeLog, GuardLog, VehicleLog
 from advise_ros.ros.last_word import before_the_end
-from advise_ros.ros.managed import ManagedNode
 from advise_ros.ros.px4_link import Px4Link
 from advise_ros.ros.simulated_clock import REMEDY
 from advise_ros.ros.vehicle_publisher import STATUS_PERIOD_S, VehiclePublisher
@@ -49,7 +36,7 @@ from advise_ros.ros.vehicle_publisher import STATUS_PERIOD_S, VehiclePublisher
 LINK_CLOSED = 'the bridge was cleaned up and its link is closed'
 
 
-class MavlinkBridge(ManagedNode):
+class MavlinkBridge(CheckingNode):
     """MAVLink <-> ROS for one autopilot, and the last guard before the vehicle.
 
     Publishes `pose` (PoseStamped, ENU, frame map), `vehicle_status` and `battery_state`. Flies `cmd_vel`
@@ -78,13 +65,10 @@ class MavlinkBridge(ManagedNode):
     """
 
     def __init__(self) -> None:
-        super().__init__('mavlink_bridge')
-        self.config = self.load(MavlinkBridgeConfig)
-        self._limits = rules.Limits()
-        self._monitor = monitor_of(self.config, self._limits, lifts=True)
+        super().__init__('mavlink_bridge', MavlinkBridgeConfig, lifts=True)
         self._altitude_m = 0.0
         self._companion = Companion(self._settings())
-        self._link: Link | Px4Link | None = None
+        self._link: AutopilotLink | None = None
         self._started = False
         self._changes = ChangeLog(self.get_logger())
         self._vehicle_log, self._guard_log = VehicleLog(self._changes), GuardLog(self._changes)
@@ -119,8 +103,7 @@ class MavlinkBridge(ManagedNode):
     # -- life cycle --------------------------------------------------------------------------
     def open_up(self) -> None:
         grid = load_grid_of(self.config)
-        self._limits = limits_of(self.config, grid)
-        self._monitor = renewed(self._monitor, self.config, self._limits, lifts=True)
+        self._renew_guard(grid)
         self._altitude_m = self.config.takeoff_altitude_m or (grid.altitude_m if grid else 0.0)
         self._companion = Companion(self._settings())
         self._companion.rest(f'{self.get_fully_qualified_name()} is inactive', time.monotonic())
@@ -128,10 +111,9 @@ class MavlinkBridge(ManagedNode):
         self._link = self._open_link()
         self._started = False
         self.listen(TwistStamped, 'cmd_vel', self._on_command, qos.COMMAND)
-        set_rate(self._tick, self.config.rate_hz)
         self._tick.reset()
 
-    def _open_link(self) -> Link | Px4Link:
+    def _open_link(self) -> AutopilotLink:
         config = self.config
         key = optional_key(config.signing_key_file)
         with parameters.blamed('url'):
@@ -145,11 +127,6 @@ class MavlinkBridge(ManagedNode):
             before_the_end(self._farewell)
             source = config.system_id, config.component_id
             return Px4Link(self, config.url, source=source, pose_rate_hz=config.pose_rate_hz, wake=self._on_link)
-
-    def changed(self, names: frozenset[str]) -> None:
-        self._limits = with_speeds(self._limits, self.config)
-        self._monitor.keep_to(self._limits, self.config.max_acceleration_m_s2)
-        set_rate(self._tick, self.config.rate_hz)
 
     def begin(self) -> None:
         self._monitor.clear()
@@ -188,7 +165,7 @@ class MavlinkBridge(ManagedNode):
                 self._take(self._link, received)
             self._step(self._link, time.monotonic())
 
-    def _take(self, link: Link | Px4Link, received: Received) -> None:
+    def _take(self, link: AutopilotLink, received: Received) -> None:
         vehicle, bounds = self._companion.vehicle, self._companion.timesync.bounds
         motion, battery, text = vehicle.motion, vehicle.battery, vehicle.text
         if not self._companion.observe(received.message, received.at_s, received.source):
@@ -211,7 +188,7 @@ class MavlinkBridge(ManagedNode):
         self._vehicle_publisher.pose(motion, attitude)
         self.diagnostics.tick('pose')
 
-    def _step(self, link: Link | Px4Link, now_s: float) -> None:
+    def _step(self, link: AutopilotLink, now_s: float) -> None:
         self._transmit(self._companion.step(now_s, link.problem or link.doubt))
         self._requests.answer()
         status = self._companion.status(now_s)
@@ -265,10 +242,6 @@ class MavlinkBridge(ManagedNode):
         alarms = vehicle.armed and vehicle.connected(now_s)
         self._reason, self._warns = self._guard_log.look(self._monitor, reason, now_s, alarms=alarms)
 
-    @property
-    def _stopped(self) -> str:
-        return f'stopped until released: {self._monitor.latched}' if self._monitor.latched else ''
-
     # -- services ----------------------------------------------------------------------------
     def _begin(self, goal: Goal) -> GoalRequest:
         """Begin a goal; what this node itself has against it is its refusal."""
@@ -292,7 +265,7 @@ class MavlinkBridge(ManagedNode):
         return f'{problem}; {REMEDY}' if (problem := self._vehicle_publisher.simulated_clock.problem(now_s)) else ''
 
     # -- diagnostics -------------------------------------------------------------------------
-    def _diagnose(self, link: Link | Px4Link) -> None:
+    def _diagnose(self, link: AutopilotLink) -> None:
         status, now_s = self._vehicle_publisher.status, time.monotonic()
         if status is None or ((status, self._reason) == self._diagnosed and now_s - self._diagnosed_s < STATUS_PERIOD_S):
             return

@@ -15,7 +15,7 @@ from advise_ros.core.guard.rules import Command, Limits
 from advise_ros.core.units import MAP_FRAME, NS
 from advise_ros.mavlink import messages as mav
 from advise_ros.mavlink.timesync import Timesync
-from advise_ros.nodes.guard import limits_of, monitor_of
+from advise_ros.nodes.checking import limits_of, monitor_of
 from advise_ros.sim.modes import Mode
 from advise_ros.sim.setpoints import Setpoint
 from advise_ros.sim.vehicle import SimulatedVehicle

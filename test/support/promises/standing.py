@@ -12,7 +12,7 @@ from advise_ros.config import GuardConfig, build
 from advise_ros.core.guard.rules import Command
 from advise_ros.core.units import MAP_FRAME
 from advise_ros.mavlink.messages import dialect
-from advise_ros.nodes.guard import limits_of, monitor_of
+from advise_ros.nodes.checking import limits_of, monitor_of
 from advise_ros.sim.arducopter import ArduCopter
 from advise_ros.sim.px4 import SimulatedPx4
 from support.companion_flight import DT_S
