@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+import os
 import time
 from collections.abc import Callable, Mapping
+from pathlib import Path
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.clock import Clock, ClockType
@@ -17,6 +19,9 @@ OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.E
 PERIOD_S = 1.0
 # Who listens discovers a new node some tenths of a second after its first words: it repeats them sooner at first.
 EARLY_PERIOD_S, EARLY_TIMES = 0.2, 10
+STARTING = 'starting'
+# Seconds from the start of the process to the first status that is not STARTING.
+AT_WORK_AFTER = 'at work after (s)'
 
 
 class Meter:
@@ -62,14 +67,15 @@ class Diagnostics:
             report: called before each regular publication; calls `set`.
         """
         self._node, self._report = node, report
-        self._status = DiagnosticStatus(name=node.get_fully_qualified_name(), level=OK, message='starting')
+        self._status = DiagnosticStatus(name=node.get_fully_qualified_name(), level=OK, message=STARTING)
         self._values: dict[str, object] = {}
+        self._at_work_after: dict[str, str] = {}
         self._meters: dict[str, Meter] = {}
         self._waits = StartWaits()
         self.state = self.idle = ''
         self._publisher = node.create_publisher(DiagnosticArray, '/diagnostics', 10)
         self._early = EARLY_TIMES
-        self._timer = node.create_timer(EARLY_PERIOD_S, self._on_timer, clock=Clock(clock_type=ClockType.STEADY_TIME))
+        self._timer = node.create_timer(0.0, self._on_timer, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
     def set(self, level: bytes, message: str, values: Mapping[str, object] | None = None) -> None:
         """State the node's level and one sentence; what changes is published at once."""
@@ -78,6 +84,8 @@ class Diagnostics:
         changed = (level, message) != (self._status.level, self._status.message)
         self._status.level, self._status.message = level, message
         self._values = dict(values or {})
+        if not self._at_work_after and message != STARTING:
+            self._at_work_after = {AT_WORK_AFTER: f'{age_of_process_s():.2f}'}
         if changed:
             self.publish()  # Before the log, whose first line takes rclpy a tenth of a second.
             for sentence in self._waits.news(message):
@@ -92,9 +100,8 @@ class Diagnostics:
         self._meters[name].tick(time.monotonic())
 
     def _on_timer(self) -> None:
-        self._early -= 1
-        if self._early == 0:
-            self._timer.timer_period_ns = round(PERIOD_S * NS)
+        self._early -= self._early > 0
+        self._timer.timer_period_ns = round((EARLY_PERIOD_S if self._early else PERIOD_S) * NS)
         self._report()
         self.publish()
 
@@ -102,10 +109,16 @@ class Diagnostics:
         """Say it all again now, with new rates and ages."""
         now_s = time.monotonic()
         values: dict[str, object] = {'state': self.state} if self.state else {}
-        values.update(self._values)
+        values.update(self._values | self._at_work_after)
         for name, meter in self._meters.items():
             values.update(meter.values(name, now_s))
         self._status.values = [KeyValue(key=key, value=str(value)) for key, value in values.items()]
         array = DiagnosticArray(status=[self._status])
         array.header.stamp = self._node.get_clock().now().to_msg()
         self._publisher.publish(array)
+
+
+def age_of_process_s() -> float:
+    """Seconds since this process was started (Linux), by the 10 ms of its clock."""
+    after_name = Path('/proc/self/stat').read_text(encoding='ascii').rpartition(')')[2].split()
+    return time.clock_gettime(time.CLOCK_BOOTTIME) - int(after_name[19]) / os.sysconf('SC_CLK_TCK')

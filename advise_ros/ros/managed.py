@@ -17,7 +17,7 @@ from rclpy.subscription import Subscription
 
 from advise_ros.core.errors import AdviseError, InputError
 from advise_ros.ros.configured import ConfiguredNode
-from advise_ros.ros.diagnostics import OK, WARN, Diagnostics
+from advise_ros.ros.diagnostics import OK, STARTING, WARN, Diagnostics
 
 UNCONFIGURED, INACTIVE, ACTIVE, FINALIZED = 'unconfigured', 'inactive', 'active', 'finalized'
 # What leads from a state to the next one on the way to active.
@@ -98,7 +98,7 @@ class ManagedNode(ConfiguredNode, LifecycleNode):
         self.get_logger().info(f'it is {state}')
         self.state = self.diagnostics.state = state
         self.diagnostics.idle = self.why_idle
-        self.diagnostics.set(OK if self.active else WARN, 'starting')
+        self.diagnostics.set(OK if self.active else WARN, STARTING)
 
     # -- transitions -------------------------------------------------------------------------
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:

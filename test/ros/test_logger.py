@@ -75,7 +75,7 @@ def until(graph: Graph, act: Callable[[], None], enough: Callable[[dict[str, int
     def done() -> bool:
         act()
         status = next((s for array in reversed(heard) for s in array.status if s.name.endswith('/logger')), None)
-        return status is not None and enough({pair.key: int(pair.value) for pair in status.values})
+        return status is not None and enough({pair.key: int(pair.value) for pair in status.values if pair.key.startswith('/')})
 
     graph.wait_until(done, what='the logger to count its messages')
 
