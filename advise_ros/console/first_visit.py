@@ -1,14 +1,17 @@
-"""The page's server is made when somebody looks: its libraries take half of the node's start and a third of its memory."""
+"""The page's server is made when the node is at work, or as soon as somebody looks: its libraries take half of a start."""
 
 from __future__ import annotations
 
 import select
 import socket
 import threading
+import time
 from collections.abc import Callable
 from typing import Protocol
 
 POLL_S, STOP_PATIENCE_S = 0.2, 3.0
+# Who comes later than this does not wait for the libraries.
+IDLE_S = 2.0
 
 
 class Server(Protocol):
@@ -26,18 +29,19 @@ class Server(Protocol):
 
 
 class FirstVisit:
-    """Waits for the first browser in a thread of its own; it waits in the socket's queue until the server is up.
+    """Waits a while for the first browser in a thread of its own; it waits in the socket's queue until the server is up.
 
     Args:
         bound: the socket, which listens.
         make: imports and builds the server on that socket.
+        idle_s: it is made then, if nobody came.
 
     Attributes:
         failure: why nothing is served any more, empty while it is.
     """
 
-    def __init__(self, bound: socket.socket, make: Callable[[], Server]) -> None:
-        self._bound, self._make = bound, make
+    def __init__(self, bound: socket.socket, make: Callable[[], Server], idle_s: float = IDLE_S) -> None:
+        self._bound, self._make, self._idle_s = bound, make, idle_s
         self._server: Server | None = None
         self._problem = ''
         self._stopped = threading.Event()
@@ -60,7 +64,8 @@ class FirstVisit:
         self._bound.close()
 
     def _run(self) -> None:
-        while not select.select([self._bound], [], [], POLL_S)[0]:
+        idle_until = time.monotonic() + self._idle_s
+        while time.monotonic() < idle_until and not select.select([self._bound], [], [], POLL_S)[0]:
             if self._stopped.is_set():
                 return
         try:

@@ -57,7 +57,7 @@ class ConsoleNode(ConfiguredNode):
         dispatcher = RequestDispatcher(self, listener, hand, delivery)
 
         def page_server() -> Server:
-            from advise_ros.console.server import PageServer  # noqa: PLC0415  slow to import; nobody may ever look
+            from advise_ros.console.server import PageServer  # noqa: PLC0415  slow to import
 
             return PageServer(listener, dispatcher, gate, bound, self.config)
 

@@ -1,4 +1,4 @@
-"""The page's server is made by the first browser, and by nobody else."""
+"""The page's server is made by the first browser, or when nobody has come for a while."""
 
 import socket
 import threading
@@ -47,12 +47,26 @@ def test_the_first_browser_waits_for_the_server_and_is_served(bound: socket.sock
     assert page.failure == 'stopped'
 
 
-def test_without_a_visit_no_server_is_made(bound: socket.socket) -> None:
-    page = FirstVisit(bound, lambda: pytest.fail('made'))
+def test_a_node_that_ends_before_a_visit_makes_no_server(bound: socket.socket) -> None:
+    page = FirstVisit(bound, lambda: pytest.fail('made'), idle_s=PATIENCE_S)
     page.start()
     page.stop()
     assert page.failure == ''
     assert bound.fileno() == -1
+
+
+def test_after_a_while_without_a_visit_it_is_made(bound: socket.socket) -> None:
+    made = threading.Event()
+
+    def make() -> OneReply:
+        made.set()
+        return OneReply(bound)
+
+    page = FirstVisit(bound, make, idle_s=0.0)
+    page.start()
+    assert made.wait(PATIENCE_S)
+    assert visit(bound) == b'page'
+    page.stop()
 
 
 def test_why_a_server_cannot_be_made_is_its_failure(bound: socket.socket) -> None:
