@@ -13,6 +13,8 @@ from advise_ros.experiments.store import Store
 from advise_ros.parallel import on_cores
 
 ADDRESS = re.compile(r'(?:(?:tcp|tls|ws|wss|ucx)://)?[^/\s]+:\d{1,5}')
+# A scheduler that is there answers at once.
+CONNECT_S = 10.0
 
 
 class Trial(Protocol):
@@ -74,7 +76,7 @@ class OnDask(NamedTuple):
         if not ADDRESS.fullmatch(self.address):  # The client would try for half a minute and end in a traceback.
             raise InputError(f"'{self.address}' is no address of a Dask scheduler; give one like tcp://127.0.0.1:8786")
         try:
-            return dask.Client(self.address, timeout='10s', set_as_default=False)
+            return dask.Client(self.address, timeout=f'{CONNECT_S:g}s', set_as_default=False)
         except (OSError, ValueError) as problem:
             raise InputError(f'no Dask scheduler answers at {self.address}; start one or check the address') from problem
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,8 @@ from rclpy.signals import SignalHandlerOptions
 
 from advise_msgs.srv import PreviewAnswer
 from advise_ros.core.grid.grid import Grid
+from advise_ros.core.site import within_advise
+from advise_ros.core.site.belief import SamplerSettings, believe, tell
 from advise_ros.nodes.advise import AdviseNode
 from advise_ros.ros import convert, convert_advice, maps, markers, preview
 from support.learner import write_grid
@@ -24,6 +27,8 @@ GRID_60X60 = Grid(2.0, 60, 60, (-1.0, -1.0), 3.0, waypoints=(59, 3599, 3540, 0))
 PERIOD_S = 0.01
 # A timer of the node and a thread beside it count the same periods, and a busy machine holds up both.
 LONGEST_PERIODS = 25
+# Maps are drawn in compiled loops, which hold nobody up however long they run: they may be few.
+FEW_MAPS = SamplerSettings(steps_per_cell=5, last_per_cell=5)
 
 
 class Ticks:
@@ -79,7 +84,16 @@ class Spun:
 
 
 @pytest.fixture
-def learner(ros_env: dict[str, str], tmp_path: Path) -> Iterator[Spun]:
+def few_maps(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """The learner draws a tenth of its maps."""
+    monkeypatch.setattr(within_advise, 'believe', partial(believe, settings=FEW_MAPS))
+    monkeypatch.setattr(within_advise, 'tell', partial(tell, settings=FEW_MAPS))
+    yield
+    within_advise._remembered.cache_clear()
+
+
+@pytest.fixture
+def learner(few_maps: None, ros_env: dict[str, str], tmp_path: Path) -> Iterator[Spun]:
     spun = Spun(write_grid(tmp_path, GRID_60X60))
     try:
         yield spun

@@ -17,7 +17,7 @@ from advise_ros.core.irl.solvers.choose import solve
 from advise_ros.core.people.simulated_demonstrator import Demonstrator
 from advise_ros.domains import find
 from advise_ros.domains.domain import Measure
-from advise_ros.experiments import plots, trial
+from advise_ros.experiments import plots, runner, trial
 from advise_ros.experiments.clusterings import quality
 from advise_ros.experiments.experiment import PAPERS
 from advise_ros.experiments.figures import QUALITIES, Row5, perturbed
@@ -127,8 +127,9 @@ def test_all_cores_and_a_cluster_give_the_same_bytes(tmp_path: Path) -> None:
     ('tcp://127.0.0.1:9', 'error: no Dask scheduler answers at tcp://127.0.0.1:9; start one or check the address\n'),
 ])
 def test_no_cluster_is_told_in_one_sentence(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], address: str, told: str,
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, address: str, told: str,
 ) -> None:
+    monkeypatch.setattr(runner, 'CONNECT_S', 0.5)
     assert experiments.run(['clusters', '--out', str(tmp_path), '--trials', '1', '--dask', address]) == 2
     assert capsys.readouterr().err == told
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from advise_ros.commands import fly_check
+from advise_ros.commands import checked_vehicle, fly_check
 from advise_ros.mavlink.findings import Change
 from advise_ros.mavlink.messages import dialect as mavlink
 from advise_ros.mavlink.parameter_values import as_carried, decode, encode
@@ -28,6 +28,12 @@ WRITTEN = {
     ArduCopter: ['GUID_TIMEOUT', 'FENCE_ENABLE'],
     SimulatedPx4: ['COM_OBL_RC_ACT', 'GF_MAX_HOR_DIST', 'GF_MAX_VER_DIST'],
 }
+
+
+@pytest.fixture(autouse=True)
+def listens_briefly(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The autopilot lives ten times as fast as a real one; test_preflight.py listens to it as long as a user does."""
+    monkeypatch.setattr(checked_vehicle, 'LISTEN_S', 0.4)
 
 
 def arguments(port: int, *more: str) -> list[str]:
